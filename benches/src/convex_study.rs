@@ -1,8 +1,7 @@
-//! `cargo run -p benches -- convex-study`: how often a scrambled convex hull is found again.
+//! `cargo run -p benches -- convex-study`: how often edge flips find a scrambled convex hull again.
 //!
-//! DHKL01, sec. 4: for convex data, "in almost all cases" every cost leads to the convex
-//! triangulation, whatever the initial one. Here the initial one is the hull after a number of
-//! random flips.
+//! DHKL01, sec. 4: for convex data, "in almost all cases" every cost leads to the convex triangulation, from any
+//! initial one. Here the initial triangulation is the hull after a number of random flips.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -101,13 +100,13 @@ fn parse_cost(text: &str) -> Result<CostName, String> {
 pub const COSTS: [CostName; 3] = [CostName::F1, CostName::F2, CostName::F3];
 /// How many random flips.
 pub const FLIPS: [usize; 4] = [20, 60, 150, 600];
-/// Where the random numbers of the scrambles start, apart from those of the points.
+/// First seed of the scrambles, separate from the seeds of the points.
 const SCRAMBLE_SEED: u64 = 1000;
 
 const HEADER: [&str; 9] =
     ["points", "shape", "strategy", "cost", "scramble", "flips", "runs", "hull", "seconds"];
 
-/// Runs what is missing in the numbers, case by case, and prints the table.
+/// Runs the cases that are missing in the file of numbers, and prints the table.
 pub fn run(options: &ConvexStudy) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let path = options.out.join("convex-study.csv");
@@ -137,7 +136,7 @@ pub fn run(options: &ConvexStudy) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The names of a case and how many of its runs end at the hull.
+/// The names of a case and the number of its runs that end at the hull.
 fn known_case(record: &csv::StringRecord) -> Option<(Vec<String>, usize)> {
     let names = record.iter().take(7).map(str::to_owned).collect();
     Some((names, record.get(7)?.parse().ok()?))
@@ -154,7 +153,7 @@ impl ConvexStudy {
         self.scrambles.iter().flat_map(of).collect()
     }
 
-    /// All cases, those of one line of the table in a row.
+    /// All cases, ordered by lines of the table.
     fn cases(&self) -> Vec<Case> {
         let points = if self.quick { &[60][..] } else { &self.points[..] };
         let columns = self.columns();
@@ -201,19 +200,19 @@ pub struct Case {
     pub flips: usize,
 }
 
-/// Where runs end, counted.
+/// Counts of the final states of runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ends {
     /// At the hull.
     pub at_hull: usize,
-    /// At a lower cost than that of the hull.
+    /// At a lower cost than the hull.
     pub below_hull: usize,
-    /// How long all of them took, in seconds.
+    /// Total time, in seconds.
     pub seconds: f64,
 }
 
 impl Case {
-    /// How many of the runs end where.
+    /// Counts the final states of the runs.
     pub fn ends(&self, seeds: u64) -> Result<Ends, Failure> {
         let add = |a: Ends, b: Ends| Ends {
             at_hull: a.at_hull + b.at_hull,
@@ -244,13 +243,13 @@ impl Case {
         Ok(Ends { at_hull, below_hull, seconds })
     }
 
-    /// What the case is known by in the numbers.
+    /// The key of the case in the file of numbers.
     fn names(&self, seeds: u64) -> Vec<String> {
         let column = [self.scramble.name().to_owned(), self.flips.to_string(), seeds.to_string()];
         self.line().into_iter().chain(column).collect()
     }
 
-    /// With the time of a run in the mean.
+    /// The record of a case, with the mean time of a run.
     fn record(&self, seeds: u64, ends: &Ends) -> Vec<String> {
         let mut record = self.names(seeds);
         record.push(ends.at_hull.to_string());
@@ -258,7 +257,7 @@ impl Case {
         record
     }
 
-    /// What the lines of the table are called by.
+    /// The label of the line in the table.
     fn line(&self) -> [String; 4] {
         [
             self.points.to_string(),
@@ -285,7 +284,7 @@ impl Strategy {
             Self::Anneal => (1, Some(Anneal::default())),
             Self::AnnealLookAhead3 => (3, Some(Anneal::default())),
         };
-        // As in the papers.
+        // As in the papers: no constraint.
         let shape = Some(ShapeConstraint::Unrestricted);
         FlipOptions { look_ahead, anneal, rebuild, shape, ..FlipOptions::default() }
     }
@@ -340,8 +339,8 @@ impl Scramble {
     }
 }
 
-/// Whether a surface round the origin still has no overlaps after a flip, seen from there: the new
-/// triangles face outward.
+/// Whether a surface around the origin still has no overlaps after a flip, seen from there: the new triangles face
+/// outward.
 fn stays_embedded(mesh: &TriMesh, edge: EdgeId) -> bool {
     Quad::around(mesh.topology(), edge).is_some_and(|quad| {
         quad.flipped_triangles().iter().all(|triangle| {

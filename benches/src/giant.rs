@@ -1,5 +1,5 @@
-//! A mesh of any size, written as it is made: a torus with bumps of many sizes, closed and without noise, so
-//! that the distance from it says something.
+//! A mesh of any size, streamed to a file: a torus with bumps of many sizes, closed and without noise, so that the
+//! distance from it is meaningful.
 
 use std::f64::consts::TAU;
 use std::fs::File;
@@ -21,18 +21,18 @@ pub(crate) struct Giant {
     faces: u64,
 }
 
-/// How many rows and columns of vertices make about so many faces: squares in the mean.
+/// Numbers of rows and columns of vertices for about this number of faces, with square cells on average.
 fn rows_and_columns(faces: u64) -> [u64; 2] {
     let rows = ((faces as f64 / 2.0 / RATIO).sqrt().round() as u64).max(3);
     [rows, (faces as f64 / 2.0 / rows as f64).round().max(3.0) as u64]
 }
 
-/// The radius of the circle about the axis, relative to that of the tube.
+/// The radius of the circle around the axis, relative to the radius of the tube.
 const RATIO: f64 = 2.5;
 
 /// The point of the surface at two angles.
 fn point(around: f64, along: f64) -> DVec3 {
-    // Waves of ever smaller length; their heights shrink faster, and some parts are smoother than others.
+    // Waves of decreasing length; their heights shrink faster, and some parts are smoother than others.
     let rough = 0.55 + 0.45 * (along + 0.7).sin();
     let bumps: f64 = (0..6)
         .map(|octave| {
@@ -77,7 +77,7 @@ pub(crate) fn run(options: &Giant) -> Result<(), Failure> {
                 let at = |row: u64, column: u64| (column % columns * rows + row % rows) as u32;
                 let [a, b] = [at(row, column), at(row + 1, column)];
                 let [c, d] = [at(row + 1, column + 1), at(row, column + 1)];
-                // Diagonals that alternate, so that no direction is better than the other.
+                // Alternating diagonals, so that neither direction is preferred.
                 let pair = if (row + column) % 2 == 0 {
                     [[a, d, c], [a, c, b]]
                 } else {

@@ -25,10 +25,10 @@ use simplify::{Options, Preset, simplify};
 
 use xtask_common::Failure;
 
-/// What is on record: `job,instructions` a line.
+/// The record: one line `job,instructions` per job.
 const RECORD: &str = "benches/recorded/instructions.csv";
 
-/// How far from the record a count may be.
+/// Largest relative deviation from the record.
 const MARGIN: f64 = 0.1;
 
 /// Counts the instructions of a job.
@@ -58,7 +58,7 @@ struct Job {
     work: fn(&TriMesh) -> Result<(), Failure>,
 }
 
-/// One for each layer that computes.
+/// One job for each layer that computes.
 const JOBS: [Job; 9] = [
     Job { name: "mesh-core: build a torus of 20,000 faces", input: torus, work: build },
     Job { name: "mesh-io: write it as text and read it", input: torus, work: write_and_read },
@@ -117,7 +117,7 @@ fn distance(mesh: &TriMesh) -> Result<(), Failure> {
 }
 
 fn flip(mesh: &TriMesh) -> Result<(), Failure> {
-    // By name: a cost given as a type is compiled here, less optimised than the layers.
+    // By name: a cost given as a type would be compiled here, less optimised than the layers.
     let (mut mesh, options) = (mesh.clone(), FlipOptions::default());
     let goes_on = &mut |_| ControlFlow::Continue(());
     let report = CostName::F2.optimise(&mut mesh, VertexArea::default(), &options, goes_on);

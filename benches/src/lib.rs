@@ -1,7 +1,7 @@
-//! Studies of one algorithm each, whose results the reproduction of the papers shows too.
+//! Studies of single algorithms, whose results are also shown in the reproduction of the papers.
 //!
-//! [`convex_study`] counts how often edge flips find a scrambled convex hull again. [`limit_study`]
-//! measures how far simplified meshes are from the best possible ones. Both print.
+//! [`convex_study`] counts how often edge flips find a scrambled convex hull again. [`limit_study`] compares simplified
+//! meshes with the best possible ones. Both print.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod convex_study;

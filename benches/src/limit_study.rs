@@ -1,8 +1,8 @@
 //! `cargo run --release -p benches -- limit-study`: how far simplified meshes are from the best possible ones.
 //!
-//! For smooth surfaces the least distance that n triangles can have is known to first order; see
-//! `bound`. Fine meshes of surfaces with known distances are simplified by the presets, and by other
-//! programs where they are given, and what they leave is measured against the surface itself.
+//! For smooth surfaces the least distance that n triangles can have is known to first order; see `bound`. Fine meshes
+//! of surfaces with known distances are simplified by the presets, and by other programs if given. The distances of the
+//! results from the exact surface are measured.
 
 mod bound;
 mod measure;
@@ -67,7 +67,7 @@ fn parse_norm(text: &str) -> Result<FitNorm, String> {
     found.copied().ok_or_else(|| "expected l1, l2 or max".into())
 }
 
-/// The same with other random numbers.
+/// The options with another seed.
 fn seeded(mut options: Options, seed: u64) -> Options {
     options.refine.seed = seed;
     options.refine.tuning.max_error.fit.seed = seed;
@@ -94,7 +94,7 @@ impl Peer {
         }
     }
 
-    /// Has it simplify a mesh.
+    /// Runs the program on a mesh.
     fn simplify(&self, mesh: &TriMesh, faces: usize, folder: &Path) -> Result<TriMesh, Failure> {
         let (input, output) = (folder.join("peer-in.ply"), folder.join("peer-out.ply"));
         mesh_io::write(&input, mesh, &mesh_io::WriteOptions::default()).map_err(Failure::mesh)?;
@@ -133,7 +133,7 @@ pub struct Row {
     seconds: f64,
 }
 
-/// Runs what is missing in the numbers, row by row, prints the table and draws the plots.
+/// Runs the rows that are missing in the file of numbers, prints the table and draws the plots.
 pub fn run(options: &LimitStudy) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let path = options.out.join("limit-study.csv");
@@ -175,10 +175,10 @@ pub fn run(options: &LimitStudy) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What simplifies.
+/// A preset or another program.
 #[derive(Clone, Debug)]
 enum Program {
-    /// By its name, with the norm unless that is the usual one.
+    /// A preset by its name, with the norm if that is not the default.
     Preset(String, Box<Options>),
     Peer(Peer),
 }
@@ -250,7 +250,7 @@ impl LimitStudy {
         self.surfaces().len() * self.faces().len() * self.programs().len()
     }
 
-    /// Per program, the faces and the mean distance times faces.
+    /// Per program, pairs of the number of faces and the mean distance times faces.
     fn points(&self, shape: Shape, rows: &[Row]) -> Vec<(String, Vec<[f64; 2]>)> {
         let of_program = |program: Program| {
             let of_row = |row: &&Row| row.surface == shape.name() && row.program == program.name();
@@ -261,7 +261,7 @@ impl LimitStudy {
     }
 }
 
-/// Mean distance times number of faces against that number, with the limit as a line.
+/// Mean distance times number of faces against the number of faces, with the limit as a line.
 pub fn plot(shape: Shape, limit: Distances, points: &[(String, Vec<[f64; 2]>)]) -> Plot {
     let mut series: Vec<Series> =
         points.iter().map(|(name, points)| Series::new(name, points.clone())).collect();
@@ -291,7 +291,7 @@ impl Row {
         Ok(Self { surface, faces, program, left, scaled, seconds })
     }
 
-    /// The rows of a file of numbers.
+    /// The rows in a file of numbers.
     pub fn all_of(text: &str) -> Vec<Self> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         reader.records().filter_map(|record| Self::parse(&record.ok()?)).collect()
@@ -333,8 +333,8 @@ impl Row {
     }
 }
 
-/// A line per surface and number of faces: the ratios of mean, root mean square and largest distance to
-/// their limits; where there is none, to those of the first program.
+/// A line per surface and number of faces: the ratios of mean, root mean square and largest distance to their limits;
+/// without a limit, to the distances of the first program.
 fn table(options: &LimitStudy, limits: &[(Shape, Distances)], rows: &[Row]) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);

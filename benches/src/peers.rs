@@ -1,12 +1,12 @@
-//! `cargo run --release -p benches -- peers`: our presets beside other tools, at equal face counts or equal largest errors.
+//! `cargo run --release -p benches -- peers`: our presets beside other tools, at equal face counts or equal largest
+//! errors.
 //!
-//! Every run is a process of its own on a given number of cores; it times the call alone, without
-//! files, and takes the least of several. Distances and normals are measured by `Open3D`, which is none
-//! of the judged. Ratios are of the same run of this command.
+//! Every run is a separate process on a given number of cores. It times the call alone, without files, and takes the
+//! minimum of several. Distances and normals are measured by `Open3D`, which is not one of the tools compared. Ratios
+//! are between runs of the same command.
 //!
-//! The tools written in Python come in a virtual environment that is made under `target/peers`;
-//! CGAL takes part where its headers and a C++ compiler are, meshoptimizer where this program was
-//! built with the feature `meshopt`.
+//! The tools written in Python are installed in a virtual environment under `target/peers`. CGAL is included if its
+//! headers and a C++ compiler are available, meshoptimizer if this program was built with the feature `meshopt`.
 
 mod environment;
 mod errors;
@@ -121,7 +121,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                 bar.inc(1);
             }
         }
-        // A run takes long: what is there is kept should it not come to its end.
+        // A run takes long: intermediate results are saved in case it is aborted.
         table::write_csv(&rows, &out.join("peers.csv"))?;
     }
     bar.finish_and_clear();
@@ -140,7 +140,7 @@ fn targets(options: &Peers) -> Vec<Target> {
     }
 }
 
-/// The tools that were asked for, or all that usually take part.
+/// The requested tools, or all default tools.
 fn wanted(options: &Peers) -> Result<Vec<Tool>, Failure> {
     let known = Tool::all();
     if options.tools.is_empty() {
@@ -157,7 +157,7 @@ fn wanted(options: &Peers) -> Result<Vec<Tool>, Failure> {
     options.tools.iter().map(parse).collect()
 }
 
-/// Those of the tools that are there and can do it; of the others it is told why they do not take part.
+/// The available tools that can do the job; prints why the others are left out.
 fn there(mut tools: Vec<Tool>, options: &Peers, environment: &Environment) -> Vec<Tool> {
     tools.retain(|tool| {
         let lacks = if tool.can_do(!options.max_errors.is_empty()) {
@@ -173,7 +173,7 @@ fn there(mut tools: Vec<Tool>, options: &Peers, environment: &Environment) -> Ve
     tools
 }
 
-/// The tools, and those of ours among them once more by the other programs.
+/// The tools, and our own again with each of the other programs.
 fn with_others(mut tools: Vec<Tool>, options: &Peers) -> Result<Vec<Tool>, Failure> {
     for other in &options.other {
         let Some((name, program)) = other.split_once('=') else {
@@ -194,7 +194,7 @@ fn base(options: &Peers, tools: &[Tool]) -> Result<Tool, Failure> {
     found.ok_or_else(|| Failure::Usage("the base is none of the tools that are there".into()))
 }
 
-/// A mesh round the origin with a diagonal of one: some of the tools compute in single precision.
+/// A mesh around the origin with a diagonal of one: some of the tools compute in single precision.
 fn unit_mesh(path: &Path) -> Result<RawMesh, Failure> {
     let mut mesh = RawMesh::from_file(path)?;
     let bounds = BoundingBox::of_points(mesh.vertices.iter().copied())

@@ -1,8 +1,8 @@
-//! `cargo run --release -p benches -- tolerance-study`: how few faces a certified largest error leaves, by preset, and how many are
-//! left of the run of the quick one where it first exceeds it.
+//! `cargo run --release -p benches -- tolerance-study`: the number of faces that each preset needs for a certified
+//! largest error, and the number of faces at which the run of the quick one first exceeds it.
 //!
-//! Every mesh is simplified within tolerances relative to the diagonal of its bounding box. The
-//! distance that is recorded is proved anew, from the result and the input alone.
+//! Every mesh is simplified within tolerances relative to the diagonal of its bounding box. The recorded distance is
+//! certified independently, from the result and the input alone.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -57,7 +57,7 @@ const MESHES: [&str; 10] = [
 const HEADER: [&str; 8] =
     ["mesh", "faces", "percent", "preset", "squeezed", "faces_left", "upper_per_limit", "seconds"];
 
-/// What is done with a mesh.
+/// The way of simplifying a mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Way {
     preset: Preset,
@@ -89,17 +89,17 @@ impl Way {
 /// One number of the study.
 struct Row {
     mesh: String,
-    /// Of the input.
+    /// Faces of the input.
     faces: usize,
     percent: f64,
     way: Way,
     left: usize,
-    /// The proved upper bound of the distance over the largest error allowed.
+    /// The certified upper bound of the distance divided by the allowed error.
     upper: f64,
     seconds: f64,
 }
 
-/// Runs what is missing in the numbers, row by row, and prints the table.
+/// Runs the rows that are missing in the file of numbers, and prints the table.
 pub(crate) fn run(options: &ToleranceStudy) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let path = options.out.join("tolerance-study.csv");
@@ -135,7 +135,7 @@ fn load(path: &Path) -> Result<TriMesh, Failure> {
     Ok(build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh)
 }
 
-/// Simplifies, and proves the distance by a call of its own.
+/// Simplifies, and certifies the distance by a separate call.
 fn measure(
     name: &str,
     mesh: &TriMesh,
@@ -191,8 +191,8 @@ impl Row {
     }
 }
 
-/// A line per mesh and tolerance: faces, bound and seconds of each preset, and how many times the
-/// smallest number of faces the default leaves.
+/// A line per mesh and tolerance: faces, bound and seconds of each preset, and the ratio of the faces of the default to
+/// the smallest number.
 fn table(options: &ToleranceStudy, rows: &[Row]) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);

@@ -1,4 +1,4 @@
-//! The program as it is called.
+//! Tests of the command line.
 #![allow(clippy::unwrap_used)]
 
 use std::process::Command;

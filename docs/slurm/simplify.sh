@@ -4,8 +4,8 @@
 #     docs/slurm/simplify.sh huge.ply small.ply /shared/work --ratio 0.01
 #     docs/slurm/simplify.sh huge.ply levels /shared/work --levels 0.3,0.1,0.01
 #
-# JOBS is how many jobs an array has at most, MEMORY what each is told to do with, and JOB_MEMORY what Slurm
-# gives it, which should be more.
+# JOBS is the largest number of jobs of an array, MEMORY the memory limit of each job, and JOB_MEMORY the memory
+# that Slurm gives it, which should be more.
 set -euo pipefail
 
 input=$1 output=$2 work=$3

@@ -23,15 +23,15 @@ pub(crate) struct Circles {
 /// A path of names from the root of a crate.
 type Names = Vec<String>;
 
-/// A file of a crate, as far as names go.
+/// The names in a file of a crate.
 #[derive(Default)]
 struct Module {
     file: PathBuf,
-    /// Names that stand for other paths here, by `use`.
+    /// Local names of other paths, by `use`.
     aliases: BTreeMap<String, Names>,
-    /// Paths of which all names are taken.
+    /// Paths with a glob import.
     globs: Vec<Names>,
-    /// What is named here, re-exports of inner modules aside.
+    /// The names that are used here, except re-exports of inner modules.
     named: BTreeSet<Names>,
 }
 
@@ -119,7 +119,7 @@ fn read_folder(folder: &Path, path: &Names, modules: &mut Crate) -> Result<(), F
         let mut inner = path.clone();
         inner.push(stem.to_owned());
         if file.is_dir() {
-            // Further programs are roots of their own.
+            // Other programs are separate roots.
             if stem != "bin" {
                 read_folder(&file, &inner, modules)?;
             }
@@ -136,13 +136,13 @@ fn read_folder(folder: &Path, path: &Names, modules: &mut Crate) -> Result<(), F
 struct Reader<'a> {
     path: &'a Names,
     paths: &'a BTreeSet<Names>,
-    /// How many modules inside the file surround what is read.
+    /// The number of modules inside the file around the current item.
     depth: usize,
     module: &'a mut Module,
 }
 
 impl Reader<'_> {
-    /// The path from the root of the crate; `None` for what comes from elsewhere.
+    /// The path from the root of the crate; `None` for items from elsewhere.
     fn absolute(&self, names: &[String]) -> Option<Names> {
         let (first, rest) = names.split_first()?;
         let above = |levels: usize| self.path.len().checked_sub(levels).map(|n| &self.path[..n]);
@@ -272,7 +272,7 @@ fn uses(modules: &Crate) -> Uses {
     uses
 }
 
-/// The module that defines what `names` is, seen from `module`.
+/// The module that defines `names`, seen from `module`.
 fn home_of(modules: &Crate, module: &Names, names: &[String], patience: usize) -> Names {
     let Some((first, rest)) = names.split_first() else { return module.clone() };
     let inner = [module.as_slice(), std::slice::from_ref(first)].concat();
@@ -294,7 +294,7 @@ fn home_of(modules: &Crate, module: &Names, names: &[String], patience: usize) -
     module.clone()
 }
 
-/// Files that can reach each other, where there are several.
+/// Groups of several files that can reach each other.
 fn strong_components(uses: &Uses) -> Vec<Vec<Names>> {
     let reach: BTreeMap<&Names, BTreeSet<&Names>> = uses
         .keys()

@@ -1,6 +1,6 @@
-//! Tasks of the workspace: `cargo xtask circles` checks the modules of each crate, `cargo xtask package`
-//! packs the crates for the registry, `cargo xtask python` builds and tests the Python package. `cargo xtask reproduce` and `cargo xtask instructions` start
-//! programs of their own, because those wait for every library.
+//! Tasks of the workspace: `cargo xtask circles` checks the modules of each crate, `cargo xtask package` packs the
+//! crates for the registry, `cargo xtask python` builds and tests the Python package. `cargo xtask reproduce` and
+//! `cargo xtask instructions` start separate programs, because those depend on all libraries.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]

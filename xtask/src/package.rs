@@ -1,12 +1,12 @@
-//! `cargo xtask package`: a tree of crates that can be published, and a proof that the packed files are enough.
+//! `cargo xtask package`: a tree of crates that can be published, and a test that the packed files are sufficient.
 //!
-//! The registry has other crates called `mesh-core` and `simplify`, so each library gets a name that is
-//! free there: `mesh-core` becomes `curvmesh-core`. Programs still import it as `mesh_core`. Every crate
-//! of the tree has a manifest of its own without workspace inheritance, both licences and a link to its
-//! documentation; tests, examples and development dependencies stay behind.
+//! The registry has other crates called `mesh-core` and `simplify`, so each library gets a name that is free there:
+//! `mesh-core` becomes `curvmesh-core`. Programs still import it as `mesh_core`. Every crate of the tree has its own
+//! manifest without workspace inheritance, both licences and a link to its documentation; tests, examples and
+//! development dependencies are omitted.
 //!
-//! The proof: `cargo package` packs each crate, the archives are unpacked, and `docs/downstream` is built and run against
-//! the unpacked files alone. The registry serves third-party crates only.
+//! The test: `cargo package` packs each crate, the archives are unpacked, and `docs/downstream` is built and run
+//! against the unpacked files alone. The registry provides third-party crates only.
 
 mod manifest;
 
@@ -35,7 +35,7 @@ pub(crate) struct Pack {
     check: bool,
 }
 
-/// The example program that takes the place of someone else's crate.
+/// The example program that stands for a third-party crate.
 const DOWNSTREAM: &str = "docs/downstream";
 
 /// An octahedron.
@@ -68,7 +68,7 @@ pub(crate) fn run(options: &Pack) -> Result<(), Failure> {
     if options.no_build { Ok(()) } else { prove(&packages, &root, &out, options.check) }
 }
 
-/// Each crate after those that it depends on.
+/// Each crate after its dependencies.
 fn in_order(mut open: Vec<Package>) -> Result<Vec<Package>, Failure> {
     let mut done: Vec<Package> = Vec::new();
     while !open.is_empty() {
@@ -159,8 +159,8 @@ fn require_files(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Checks that every crate of ours is the unpacked one, and that no crate of the registry has the name
-/// that one of ours has in this repository.
+/// Checks that every crate of ours is the unpacked one, and that no crate from the registry has the name of one of our
+/// crates in this repository.
 fn require_packed(unpacked: &Path, packages: &[Package]) -> Result<(), Failure> {
     let resolved = manifest::metadata(&unpacked.join("Cargo.toml"), &[])?;
     for found in resolved["packages"].as_array().into_iter().flatten() {

@@ -1,4 +1,4 @@
-//! Tasks that are programs of their own.
+//! Tasks that are separate programs.
 
 use std::env;
 use std::ffi::OsString;
@@ -6,7 +6,7 @@ use std::process::Command;
 
 use xtask_common::{Failure, check};
 
-/// The arguments of a program, passed on as they are.
+/// The arguments of a program, passed on unchanged.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Arguments of the program; `--help` lists them

@@ -1,9 +1,8 @@
 //! `cargo xtask python`: the Python package, built as a wheel and tested from outside the source tree.
 //!
-//! A virtual environment under `target/python` gets everything from the package index by pip. The
-//! wheel is installed there like any other, and tests, doctests, the type checker and the notebooks
-//! run on it in a folder of their own. Clippy compiles the crate of the wheel that is tested: `cargo clippy`
-//! would check all libraries once more for it.
+//! A virtual environment under `target/python` gets all packages from the package index by pip. The wheel is installed
+//! there like any other package, and tests, doctests, the type checker and the notebooks run on it in a separate
+//! folder. Clippy compiles the crate of the tested wheel: `cargo clippy` would check all libraries again for it.
 
 use std::env;
 use std::fs;
@@ -35,19 +34,19 @@ pub(crate) struct Python {
     wheel_only: bool,
 }
 
-/// What builds and tests the package.
+/// Tools that build and test the package.
 const TOOLS: [&str; 5] = ["maturin>=1.9,<2", "pytest", "hypothesis", "mypy", "numpy"];
 
-/// What tests compare with.
+/// Packages that tests compare with.
 const PEERS: [&str; 6] = ["trimesh", "meshio", "libigl", "pymeshlab", "scipy", "pillow"];
 
-/// What `curvmesh.batch` hands its tasks to, and reads and writes with.
+/// Packages that `curvmesh.batch` uses to distribute tasks, to read and to write.
 const ENGINES: [&str; 4] = ["distributed", "ray", "fsspec", "pyarrow"];
 
-/// More to compare with, hundreds of megabytes each.
+/// Further packages to compare with, hundreds of megabytes each.
 const LARGE_PEERS: [&str; 3] = ["open3d", "pyvista", "tqdm"];
 
-/// Where the package is.
+/// The folder of the package.
 const PACKAGE: &str = "crates/python";
 
 pub(crate) fn run(options: &Python) -> Result<(), Failure> {
@@ -85,7 +84,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
         None => build_program(&target, options.release)?,
     };
 
-    // From here on nothing of the source tree can be imported by accident.
+    // From here on, nothing of the source tree can be imported by accident.
     let outside = folder.join("outside");
     let _ = fs::remove_dir_all(&outside);
     for part in ["tests", "notebooks", "src"] {
@@ -124,7 +123,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The environment with all that the tests need, and what is to be had of what they would like.
+/// The environment with all required packages of the tests, and the optional ones that can be installed.
 fn environment(folder: &Path, options: &Python) -> Result<VirtualEnvironment, Failure> {
     step("the environment");
     let made = VirtualEnvironment::make(folder, &options.python)?;
@@ -135,7 +134,7 @@ fn environment(folder: &Path, options: &Python) -> Result<VirtualEnvironment, Fa
     Ok(made)
 }
 
-/// Builds the program that results are compared with.
+/// Builds the program for comparison of results.
 fn build_program(target: &Path, release: bool) -> Result<PathBuf, Failure> {
     step("the program, which results are compared with");
     let mut cargo = Command::new("cargo");

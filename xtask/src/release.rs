@@ -1,9 +1,9 @@
-//! `cargo xtask release --dry-run`: the Python package as it is published, built and tried.
+//! `cargo xtask release --dry-run`: builds and tests the Python package as published.
 //!
-//! The committed files are exported to `target/publish/tree`; wheel and source distribution are built there.
-//! Both must contain the licences and pass `twine check --strict`. The wheel is installed in an empty
-//! environment, runs the first lines of its README and the program, and is uninstalled. The source
-//! distribution is built once by pip. In the end the commands are printed that only a maintainer can run.
+//! The committed files are exported to `target/publish/tree`; wheel and source distribution are built there. Both must
+//! contain the licences and pass `twine check --strict`. The wheel is installed in an empty environment, runs the first
+//! lines of its README and the program, and is uninstalled. The source distribution is built once by pip. At the end
+//! the commands are printed that only a maintainer can run.
 
 use std::env;
 use std::fs;
@@ -103,7 +103,7 @@ pub(crate) fn run(options: &Release) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Installs the wheel where there is nothing else, uses it, and uninstalls it.
+/// Installs the wheel in an empty environment, uses it, and uninstalls it.
 fn try_wheel(
     folder: &Path,
     package: &Path,
@@ -139,7 +139,7 @@ fn try_wheel(
     Ok(())
 }
 
-/// Links of the package to its repository, and links of its README as addresses.
+/// Adds links to the repository to the package, and turns links of its README into addresses.
 fn add_links(package: &Path, repository: &str) -> Result<(), Failure> {
     let edit = |name: &str, change: &dyn Fn(String) -> String| {
         let path = package.join(name);
@@ -157,7 +157,7 @@ fn add_links(package: &Path, repository: &str) -> Result<(), Failure> {
     edit("README.md", &|text| text.replace("](docs/", &format!("]({pages}/crates/python/docs/")))
 }
 
-/// The commands that are left to a maintainer.
+/// Prints the commands for a maintainer.
 fn what_is_left(wheel: &Path, source: &Path, options: &Release) {
     let version = env!("CARGO_PKG_VERSION");
     println!("-- left for a maintainer");

@@ -1,4 +1,4 @@
-//! The program as it is called.
+//! Tests of the command line.
 #![allow(clippy::unwrap_used)]
 
 use std::process::Command;
@@ -16,7 +16,7 @@ fn the_modules_of_this_workspace_form_no_circle() {
     assert!(packages > 15, "{said}");
 }
 
-/// The tree alone; `.ci/run` builds a program from it.
+/// Only the tree; `.ci/run` builds a program from it.
 #[test]
 fn packed_crates_have_names_of_their_own() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Triangles to a half-edge mesh: M faces per second, and how it grows.
+//! Building half-edge meshes from triangles: M faces per second, by size.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

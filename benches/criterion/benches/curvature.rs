@@ -1,4 +1,4 @@
-//! All curvatures of all vertices: M vertices per second, by threads and by size.
+//! All curvatures of all vertices: M vertices per second, by number of threads and size.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -1,4 +1,4 @@
-//! Distances between a mesh and a coarser version of it: from samples, and by proven bounds.
+//! Distances between a mesh and a coarser version of it: from samples, and by certified bounds.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -10,7 +10,7 @@ use simplify::{Options, Preset, simplify};
 const MODELS: [(&str, usize); 3] =
     [("igea.ply", 3_000), ("rocker-arm.obj", 2_008), ("fandisk.obj", 1_294)];
 
-/// How far apart the bounds may be, as a share of the diagonal of the bounding box.
+/// Largest gap between the bounds, as a share of the diagonal of the bounding box.
 const TOLERANCE: f64 = 1e-4;
 
 /// A mesh and a coarser version of it, with their name.
@@ -51,7 +51,7 @@ fn distances(criterion: &mut Criterion) {
             group.bench_function(id("hierarchy"), |bench| {
                 bench.iter(|| pool.install(|| Surface::new(&fine).unwrap()));
             });
-            // Samples of faces, per direction; vertices and edges come on top.
+            // Samples of faces, per direction; samples of vertices and edges are extra.
             group.throughput(Throughput::Elements(2 * samples.samples as u64));
             group.bench_function(id("100,000 samples each way"), |bench| {
                 bench.iter(|| pool.install(|| compare(&a, &b, &samples)));

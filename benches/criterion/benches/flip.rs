@@ -1,4 +1,4 @@
-//! Edge flips, the whole run: F2 from 10k to 1M faces and on real meshes, F1 and F3 up to 100k faces.
+//! Edge flips, whole runs: F2 from 10k to 1M faces and on real meshes, F1 and F3 up to 100k faces.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -1,4 +1,4 @@
-//! A file to a validated half-edge mesh. Needs `CURVMESH_MODELS`.
+//! Reading a file into a validated half-edge mesh. Needs `CURVMESH_MODELS`.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -1,4 +1,4 @@
-//! Edge collapses, the whole run: tori from 10k to 1M faces to one percent, and real meshes.
+//! Edge collapses, whole runs: tori from 10k to 1M faces to one percent, and real meshes.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -6,11 +6,11 @@ use criterion_benches::{SIZES, model_mesh, torus};
 use mesh_core::TriMesh;
 use simplify::{Options, Preset, simplify};
 
-/// Real meshes and the numbers of faces that they are brought to.
+/// Real meshes and their target numbers of faces.
 const MODELS: [(&str, usize); 3] =
     [("igea.ply", 3_000), ("rocker-arm.obj", 2_008), ("fandisk.obj", 1_294)];
 
-/// Every mesh with its name and the number of faces to stop at.
+/// Every mesh with its name and its target number of faces.
 fn meshes() -> Vec<(String, TriMesh, usize)> {
     let tori = SIZES.iter().map(|&faces| (format!("torus {faces}"), torus(faces), faces / 100));
     let models = MODELS.iter().filter_map(|&(name, faces)| {
@@ -26,7 +26,7 @@ fn collapses(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("simplify {preset}"));
         group.sample_size(10);
         for (name, mesh, faces) in &meshes {
-            // Minutes for each of ten samples.
+            // Each of ten samples would take minutes.
             if preset == Preset::PaperL1 && mesh.topology().face_count() > 500_000 {
                 continue;
             }

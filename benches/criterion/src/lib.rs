@@ -1,4 +1,4 @@
-//! The meshes that the benchmarks share.
+//! Meshes shared by the benchmarks.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use mesh_core::build::{Repair, build};
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_shapes::Torus;
 
-/// The numbers of faces at which growth is measured.
+/// The numbers of faces at which scaling is measured.
 pub const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];
 
 /// A regular torus of about `faces` triangles.
@@ -44,10 +44,10 @@ pub fn model(name: &str) -> Option<PathBuf> {
     Some(PathBuf::from(folder).join(name)).filter(|path| path.is_file())
 }
 
-/// [`model`], read and repaired as far as needed.
+/// [`model`], read and repaired as needed.
 ///
 /// # Panics
-/// When the file cannot be read: a benchmark without its mesh has nothing to tell.
+/// When the file cannot be read: a benchmark without its mesh is useless.
 #[must_use]
 #[allow(clippy::expect_used)]
 pub fn model_mesh(name: &str) -> Option<TriMesh> {

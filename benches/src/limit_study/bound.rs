@@ -1,17 +1,17 @@
-//! The least distance that so many triangles can have from a smooth surface, to first order.
+//! The least distance from a smooth surface that a given number of triangles can have, to first order.
 //!
-//! A triangle over a piece of area a, with the Gaussian curvature K, has at least the mean distance
-//! c |K|^(1/2) a: c is C1 of the sign of K, likewise C2 for the root mean square and C∞ for the
-//! largest. It is reached by a triangle that is equilateral after the affine map which makes the
-//! surface a sphere (K > 0: Fejes Tóth 1953, Gruber 1993), its plane moved so that it lies on both sides;
-//! for K < 0 the constants are those of the best shapes known (Pottmann, Krasauskas, Hamann, Joy and
-//! Seibold 2000). How the triangles are spread over the surface is what the Lagrange multiplier says.
+//! A triangle over a piece of area a, with the Gaussian curvature K, has at least the mean distance c |K|^(1/2) a: c is
+//! C1 for the sign of K, likewise C2 for the root mean square and C∞ for the largest distance. For K > 0 the bound is
+//! reached by a triangle that is equilateral after the affine map that turns the surface into a sphere, with its plane
+//! shifted so that the surface lies on both sides (Fejes Tóth 1953, Gruber 1993). For K < 0 the constants belong to the
+//! best known shapes (Pottmann, Krasauskas, Hamann, Joy and Seibold 2000). A Lagrange multiplier gives the distribution
+//! of the triangles over the surface.
 
 use mesh_core::TriMesh;
 
 use super::surfaces::Shape;
 
-/// The mean, root mean square and largest distance, each as small as it alone can be.
+/// The mean, root mean square and largest distance, each minimised by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
     /// Mean distance.
@@ -23,7 +23,7 @@ pub struct Distances {
 }
 
 impl Distances {
-    /// How many times the other one it is.
+    /// The ratio to a limit.
     pub fn over(self, limit: Self) -> Self {
         let Self { mean, rms, max } = limit;
         Self { mean: self.mean / mean, rms: self.rms / rms, max: self.max / max }
@@ -39,8 +39,7 @@ fn constants(curvature: f64) -> Distances {
     }
 }
 
-/// The limit for one triangle; for n it is an n-th of that. The integrals are sums over the faces of a
-/// fine mesh.
+/// The limit for one triangle; for n triangles, divide by n. The integrals are sums over the faces of a fine mesh.
 pub fn of_one_triangle(shape: Shape, fine: &TriMesh) -> Distances {
     let (mut area, mut mean, mut rms, mut max) = (0.0, 0.0, 0.0, 0.0);
     for face in fine.topology().faces() {
@@ -73,8 +72,8 @@ mod tests {
         }
     }
 
-    /// C1, C2 and C∞ by integration over one equilateral triangle over a unit paraboloid: the
-    /// difference of plane and surface is |x|²/2 less a constant, the best one for each norm.
+    /// C1, C2 and C∞ by integration over one equilateral triangle over a unit paraboloid: the difference of plane and
+    /// surface is |x|²/2 minus a constant, the best one for each norm.
     #[test]
     fn the_constants_are_those_of_the_equilateral_triangle() {
         let steps = 600;

@@ -1,4 +1,4 @@
-//! Distances between a mesh and the exact surface, both ways.
+//! Distances between a mesh and the exact surface, in both directions.
 
 use glam::DVec3;
 use mesh_core::TriMesh;
@@ -9,11 +9,11 @@ use super::bound::Distances;
 use super::surfaces::Shape;
 use xtask_common::Failure;
 
-/// Samples in either direction.
+/// Number of samples per direction.
 pub(super) const SAMPLES: usize = 400_000;
 
-/// The distances of a mesh from a surface: means over both directions, uniform by area, and the larger
-/// of the two largest ones. Samples of the surface are those of a fine mesh, moved onto it.
+/// The distances of a mesh from a surface: means over both directions, uniform by area, and the larger one of the two
+/// maxima. Samples of the surface are samples of a fine mesh, moved onto it.
 pub fn distances(
     shape: Shape,
     fine: &Surface,
@@ -44,12 +44,12 @@ pub fn distances(
 /// Moves the vertices of a fine mesh so that its faces lie on both sides of the surface, by the same mean
 /// distance.
 ///
-/// With its vertices on the surface, a mesh lies inside where that is convex. What is made from it follows
-/// it there, which tells nothing about the simplification, and counts the more the nearer the result is to
-/// the fine mesh: with 8,000 faces made of 320,000, 13 % of the least mean distance.
+/// With its vertices on the surface, a mesh lies inside where the surface is convex. A mesh simplified from it inherits
+/// this offset, which is not an error of the simplification. Its share grows as the result gets closer to the fine
+/// mesh: with 8,000 faces made from 320,000, it is 13 % of the least mean distance.
 pub(super) fn balance(shape: Shape, mesh: &mut TriMesh) {
     let topology = mesh.topology();
-    // A quadratic function that vanishes at the corners has 3/4 of its value at the centroid as its mean.
+    // The mean of a quadratic function that vanishes at the corners is 3/4 of its value at the centroid.
     let gap = |f| {
         let [a, b, c] = mesh.triangle(f);
         let centroid = (a + b + c) / 3.0;
@@ -79,7 +79,7 @@ mod tests {
     use mesh_metric::Surface;
     use mesh_shapes::Sphere;
 
-    /// An octahedron in a sphere: the centre of a face is farthest.
+    /// An octahedron in a sphere: the centres of the faces are farthest.
     #[test]
     fn an_octahedron_is_as_far_from_the_sphere_as_it_is() {
         let fine = Shape::Sphere.mesh(Fineness::Quick).unwrap();
@@ -93,7 +93,7 @@ mod tests {
         assert!(found.mean < found.rms && found.rms < found.max);
     }
 
-    /// Inside by 3/4 of the height of the centroid before, and by next to nothing afterwards.
+    /// The offset is 3/4 of the height of the centroid before, and almost zero afterwards.
     #[test]
     fn a_balanced_sphere_is_as_much_inside_as_outside() {
         let mut mesh = Shape::Sphere.mesh(Fineness::Quick).unwrap();

@@ -1,4 +1,4 @@
-//! The surfaces of the study: fine meshes of them, and what is exact about them.
+//! The surfaces of the study: fine meshes and exact formulas.
 
 use glam::{DVec2, DVec3};
 use mesh_core::{PolygonSoup, TriMesh};
@@ -124,18 +124,18 @@ impl std::fmt::Display for Shape {
     }
 }
 
-/// The closest point of the square that the plate is around.
+/// The closest point of the square at the core of the plate.
 fn core_of_plate(p: DVec3) -> DVec3 {
     let w = PLATE_HALF_WIDTH;
     DVec3::new(p.x.clamp(-w, w), p.y.clamp(-w, w), 0.0)
 }
 
-/// Takes the vertices of a sphere to the plate. The sphere is flattened first, so that its top and
-/// bottom become the faces; what lies beside them is spread around the rim.
+/// Maps the vertices of a sphere to the plate. The sphere is flattened first, so that its top and bottom become the
+/// faces; the other parts are spread around the rim.
 fn plate(mut sphere: PolygonSoup) -> PolygonSoup {
     for p in sphere.positions_mut() {
         let flat = DVec2::new(p.x, p.y);
-        // From the disc to the square, along rays.
+        // Maps the disc to the square, along rays.
         let stretch = flat.length() / flat.abs().max_element().max(f64::MIN_POSITIVE);
         let reach = (PLATE_HALF_WIDTH + PLATE_RADIUS) * stretch * flat;
         let above = PLATE_RADIUS * p.z / (1.0 - flat.length_squared().min(0.99)).sqrt().max(0.3);

@@ -1,4 +1,4 @@
-//! What the peers need: a virtual environment, a compiled program, this program itself.
+//! The environment of the peers: a virtual environment, a compiled program, and this program itself.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,11 @@ use super::raw::RawMesh;
 use super::tool::{Package, Tool};
 use xtask_common::{Failure, VirtualEnvironment};
 
-/// Packages by their names in the index. `Open3D` also measures.
+/// Packages by their names in the index. `Open3D` is also used for measuring.
 const PACKAGES: [&str; 6] =
     ["numpy", "open3d", "pymeshlab", "fast-simplification", "meshlib", "manifold3d"];
 
-/// The programs that are written to the folder, and run there.
+/// The programs that are written to the folder and run there.
 const SOURCES: [(&str, &str); 3] = [
     ("simplify.py", include_str!("simplify.py")),
     ("errors.py", include_str!("errors.py")),
@@ -27,12 +27,12 @@ pub(super) struct Environment {
     python: VirtualEnvironment,
     /// The packages that can be imported.
     packages: Vec<Package>,
-    /// The program with CGAL, or why there is none.
+    /// The program with CGAL, or the reason why it is missing.
     cgal: Result<PathBuf, String>,
 }
 
 impl Environment {
-    /// Makes what is not there yet.
+    /// Makes the parts that do not exist yet.
     pub(super) fn prepare(folder: &Path) -> Result<Self, Failure> {
         for (name, text) in SOURCES {
             let path = folder.join(name);
@@ -88,7 +88,7 @@ impl Environment {
         Ok(program)
     }
 
-    /// Why a tool is not there.
+    /// The reason why a tool is missing.
     pub(super) fn lacks(&self, tool: &Tool) -> Option<String> {
         match tool {
             Tool::Meshopt if cfg!(not(feature = "meshopt")) => {
@@ -133,7 +133,7 @@ impl Environment {
         }
     }
 
-    /// Another build of our program reads and writes files, but tells what it took without them.
+    /// Another build of our program reads and writes files, but reports its time without them.
     fn run_our_program(&self, job: &Job, preset: &str) -> Result<Done, String> {
         let [input, output] = ["input.ply", "output.ply"].map(|name| self.folder.join(name));
         let mesh = RawMesh::read(&job.input).and_then(|raw| raw.to_mesh());
@@ -163,7 +163,7 @@ impl Environment {
         Ok(Done { seconds, faces, peak: None })
     }
 
-    /// A command that is kept to some cores, where the system has a way.
+    /// A command that is restricted to some cores, if the system supports it.
     fn on_cores(&self, threads: usize, program: &Path) -> Command {
         let has_taskset = succeed(Command::new("taskset").arg("--version")).is_ok();
         let mut command = if has_taskset {
@@ -177,13 +177,13 @@ impl Environment {
         command
     }
 
-    /// What a script of the folder prints.
+    /// The output of a script in the folder.
     pub(super) fn python(&self, script: &str, arguments: &[&OsStr]) -> Result<String, String> {
         succeed(self.python.python().arg(self.folder.join(script)).args(arguments))
     }
 }
 
-/// What a command prints, or the end of what it complains about.
+/// The output of a command, or the end of its error messages.
 fn succeed(command: &mut Command) -> Result<String, String> {
     let output = command.output().map_err(|e| format!("{:?}: {e}", command.get_program()))?;
     if output.status.success() {

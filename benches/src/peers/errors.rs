@@ -1,14 +1,14 @@
-//! Distances and normals, by code that is none of the judged.
+//! Distances and normals, measured by independent code.
 
 use std::path::Path;
 
 use super::environment::Environment;
 use xtask_common::Failure;
 
-/// How far a result is from its original, both ways. The diagonal is one.
+/// Distances between a result and its original, in both directions. The diagonal is one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Errors {
-    /// Of the two directions, the mean.
+    /// The mean, averaged over the two directions.
     pub(super) mean: f64,
     pub(super) rms: f64,
     pub(super) max: f64,

@@ -1,6 +1,6 @@
-//! One run of a tool, in a process of its own.
+//! One run of a tool, in a separate process.
 //!
-//! The process answers with one line: seconds, faces, and the bytes that it took beyond the input.
+//! The process answers with one line: seconds, faces, and the bytes it used beyond the input.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ use super::raw::RawMesh;
 use super::tool::Tool;
 use xtask_common::Failure;
 
-/// Where a simplification stops, for any mesh.
+/// The target of a simplification, for any mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Target {
     /// At a share of the faces.
@@ -23,7 +23,7 @@ pub(super) enum Target {
     Error(f64),
 }
 
-/// Where a simplification of a certain mesh stops.
+/// The target of a simplification of one mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stop {
     Faces(usize),
@@ -31,7 +31,7 @@ pub(super) enum Stop {
     Error(f64),
 }
 
-/// A tool, and what it shall do.
+/// A tool and its task.
 #[derive(Clone, Debug)]
 pub(super) struct Job {
     pub(super) tool: Tool,
@@ -42,17 +42,17 @@ pub(super) struct Job {
     pub(super) output: PathBuf,
 }
 
-/// What came of it.
+/// The outcome of a job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Done {
-    /// The least of the runs.
+    /// The minimum over the runs.
     pub(super) seconds: f64,
     pub(super) faces: usize,
-    /// What the process took beyond what it had with the input read, where the system tells.
+    /// Peak memory beyond the memory in use after reading the input, if the system reports it.
     pub(super) peak: Option<u64>,
 }
 
-/// No more runs once they have taken so many seconds.
+/// No further runs after this total time in seconds.
 const ENOUGH: f64 = 10.0;
 
 impl Target {
@@ -169,7 +169,7 @@ fn finish(
     Ok(Done { seconds, faces: mesh.topology().face_count(), peak })
 }
 
-/// The last result of several runs, the least time, and the memory of the first one.
+/// The last result of several runs, the minimum time, and the memory of the first one.
 fn least<T>(
     repeats: usize,
     mut compute: impl FnMut() -> Result<T, Failure>,
@@ -221,15 +221,15 @@ fn meshoptimizer(_: &RawMesh, _: Stop, _: &PeerJob) -> Result<Done, Failure> {
     Err(Failure::Usage("this program was built without the feature meshopt".into()))
 }
 
-/// What Linux tells of the memory of this process.
+/// The memory of this process, as reported by Linux.
 mod memory {
-    /// Forgets the largest memory so far; what is taken now, if the system tells.
+    /// Resets the peak memory; returns the memory in use, if the system reports it.
     pub(super) fn start() -> Option<u64> {
         std::fs::write("/proc/self/clear_refs", "5").ok()?;
         bytes("VmRSS:")
     }
 
-    /// How much more was taken since.
+    /// The peak since then, minus the memory in use before.
     pub(super) fn beyond(before: u64) -> Option<u64> {
         Some(bytes("VmHWM:")?.saturating_sub(before))
     }

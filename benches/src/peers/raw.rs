@@ -24,7 +24,7 @@ impl RawMesh {
         Self { vertices: mesh.positions().to_vec(), triangles }
     }
 
-    /// Of a mesh file, repaired.
+    /// The arrays of a mesh file, repaired.
     pub(super) fn from_file(path: &Path) -> Result<Self, Failure> {
         let model = mesh_io::read(path).map_err(Failure::reading(path))?;
         let mut mesh = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh;

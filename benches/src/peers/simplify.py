@@ -1,8 +1,8 @@
 """One run of a Python package on a raw mesh: PACKAGE faces|error VALUE THREADS REPEATS INPUT OUTPUT.
 
-Prints the least time of the calls in seconds, the faces of the result, and the bytes that the
-process took beyond the input. A function gets arrays and returns what is to be timed and how to
-turn its result into arrays, so that conversions do not count.
+Prints the minimum time of the calls in seconds, the faces of the result, and the bytes that the
+process used beyond the input. A function gets arrays and returns two functions: one to be timed,
+and one that converts its result to arrays, so that conversions do not count.
 """
 
 import sys
@@ -37,7 +37,7 @@ def meshlab(vertices, triangles, kind, value, threads):
     meshes.add_mesh(pymeshlab.Mesh(vertices, triangles.astype(np.int32)))
 
     def work():
-        # All of them: options that are not given keep the values of an earlier call.
+        # All options: those that are not given keep the values of an earlier call.
         meshes.meshing_decimation_quadric_edge_collapse(
             targetfacenum=int(value), targetperc=0, qualitythr=0.3, preserveboundary=False,
             boundaryweight=1, preservenormal=False, preservetopology=False, optimalplacement=True,
@@ -108,7 +108,7 @@ def manifold(vertices, triangles, kind, value, threads):
 
     def work():
         result = solid.simplify(value)
-        result.num_tri()  # It computes when it is asked.
+        result.num_tri()  # It is computed lazily.
         return result
 
     return work, arrays
@@ -138,7 +138,7 @@ def main():
         try:
             work, arrays = PACKAGES[package](*mesh, kind, float(value), int(threads))
         except ImportError as error:
-            # Installed it is, so something that it links to is not there.
+            # It is installed, so a library that it links to is missing.
             sys.exit(f"{package} cannot start: {error}; install that, or leave it out with --tools")
         before = None
         if count == 0:

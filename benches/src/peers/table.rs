@@ -17,12 +17,12 @@ pub(super) struct Row {
     faces: usize,
     target: String,
     tool: String,
-    /// Asked for, where a number of faces was.
+    /// The requested number of faces, if any.
     wanted: Option<usize>,
     result: Result<(Done, Errors), String>,
 }
 
-/// Face counts that differ by more are not compared.
+/// Results whose face counts differ by more are not compared.
 const LEEWAY: f64 = 0.02;
 
 impl Row {
@@ -56,7 +56,7 @@ impl Row {
         Self { mesh: mesh.to_owned(), faces, target, tool, wanted, result: Err(why) }
     }
 
-    /// Whether the run has the number of faces that was asked for.
+    /// Whether the run has the requested number of faces.
     fn is_comparable(&self) -> bool {
         match (&self.result, self.wanted) {
             (Ok((done, _)), Some(wanted)) => {
@@ -100,7 +100,7 @@ impl fmt::Display for Row {
     }
 }
 
-/// All runs, one a line.
+/// All runs, one per line.
 pub(super) fn write_csv(rows: &[Row], path: &Path) -> Result<(), Failure> {
     let failed = |e: csv::Error| Failure::writing(path)(e);
     let mut table = csv::Writer::from_path(path).map_err(failed)?;

@@ -1,16 +1,16 @@
-//! The tools that are compared.
+//! The compared tools.
 
 use std::fmt;
 use std::path::PathBuf;
 
 use simplify::Preset;
 
-/// A tool, and how it is set.
+/// A tool and its settings.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Tool {
     /// One of our presets.
     Ours(Preset),
-    /// The same where the largest error has to be proved.
+    /// One of our presets, with a certified largest error.
     OursProved(Preset),
     /// A preset run by another build of our program.
     OurProgram { name: String, program: PathBuf, preset: String },
@@ -24,7 +24,7 @@ pub(super) enum Tool {
     Python(Package),
 }
 
-/// A package with a function for it, as `simplify.py` names it.
+/// A package with a function for it in `simplify.py`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Package {
     MeshLab,
@@ -61,7 +61,7 @@ impl Package {
 }
 
 impl Tool {
-    /// All tools that are known, here or not.
+    /// All known tools, available or not.
     pub(super) fn all() -> Vec<Self> {
         let ours = Preset::ALL.iter().map(|&preset| Self::Ours(preset));
         let proved = Preset::ALL.iter().map(|&preset| Self::OursProved(preset));
@@ -70,7 +70,7 @@ impl Tool {
         ours.chain(proved).chain(programs).chain(packages).collect()
     }
 
-    /// Whether it takes part without being named.
+    /// Whether it is included by default.
     pub(super) fn is_usual(&self) -> bool {
         match self {
             Self::Ours(preset) | Self::OursProved(preset) => {
@@ -90,7 +90,7 @@ impl Tool {
         }
     }
 
-    /// The same preset by another program.
+    /// The same preset, run by another program.
     pub(super) fn by_program(&self, name: &str, program: &str) -> Option<Self> {
         let Self::Ours(preset) = self else { return None };
         Some(Self::OurProgram {

@@ -1,4 +1,4 @@
-//! What all commands take from the command line.
+//! Command-line options of all commands.
 
 use std::num::NonZero;
 use std::ops::RangeInclusive;
@@ -64,7 +64,7 @@ pub(crate) fn parse_count(text: &str, range: RangeInclusive<usize>) -> Result<us
     let count = if number == text {
         text.parse().ok()
     } else {
-        // Up to 2^53, every whole number is a number of this type.
+        // Up to 2^53, every whole number is exact in this type.
         let count = number.parse::<f64>().map(|number| (number * unit).round()).ok();
         count
             .filter(|count| (0.0..=9_007_199_254_740_992.0).contains(count))
@@ -76,7 +76,7 @@ pub(crate) fn parse_count(text: &str, range: RangeInclusive<usize>) -> Result<us
     })
 }
 
-/// More threads take long to start, and wait for cores.
+/// More threads take long to start, and only wait for cores.
 const MOST_THREADS: usize = 1024;
 
 fn parse_threads(text: &str) -> Result<NonZero<usize>, String> {
@@ -84,7 +84,7 @@ fn parse_threads(text: &str) -> Result<NonZero<usize>, String> {
     NonZero::new(count).ok_or_else(|| "expected at least one thread".to_owned())
 }
 
-/// Whether a path stands for the standard input or output.
+/// Whether a path is `-`, the standard input or output.
 pub(crate) fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
@@ -171,7 +171,7 @@ pub(crate) struct RepairOptions {
 }
 
 impl RepairOptions {
-    /// Whether any repair is asked for, or that none is needed.
+    /// Whether any repair is asked for, or `--strict`.
     pub(crate) fn any(&self) -> bool {
         self.strict || self.repair(Weld::Exact) != Repair::strict()
     }
@@ -181,7 +181,7 @@ impl RepairOptions {
         Self { weld: None, ..self.clone() }.any()
     }
 
-    /// The repairs, with a weld in place of the one that is named here by a length.
+    /// The repairs. A weld that is given as a length becomes `within`.
     pub(crate) fn repair(&self, within: Weld) -> Repair {
         let mut repair = if self.lenient { Repair::lenient() } else { Repair::strict() };
         match self.weld {

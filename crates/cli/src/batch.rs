@@ -1,8 +1,7 @@
 //! One command on many files: in parallel, each file by itself.
 //!
-//! Which files there are, where their results go and in which order they are reported depends on the
-//! command line and the folders alone, never on the number of threads. A file that fails is reported
-//! and passed over.
+//! The list of files, the places of their results and the order of the reports depend on the command line and the
+//! folders alone, never on the number of threads. A file that fails is reported and skipped.
 
 use std::collections::{BTreeMap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -72,13 +71,13 @@ pub(crate) fn parse_shard(text: &str) -> Result<Shard, String> {
 }
 
 impl Shard {
-    /// Those of these items that belong to the part.
+    /// The items that belong to this part.
     pub(crate) fn of_items<T>(self, items: impl IntoIterator<Item = T>) -> Vec<T> {
         items.into_iter().skip(self.number - 1).step_by(self.of).collect()
     }
 }
 
-/// What a command does to a file.
+/// The work of a command on one file.
 type Work<'w> = dyn Fn(&Task, &Console) -> Result<Done, Failure> + Sync + 'w;
 
 impl Job {
@@ -87,8 +86,8 @@ impl Job {
         self.run_as(session, &|path| self.save.format_of(path).map(Format::extension), work)
     }
 
-    /// As [`Job::run`], for outputs that are not always meshes: `extension` is that of the output for
-    /// an input.
+    /// As [`Job::run`], for outputs that are not always meshes: `extension` returns the extension of the output for an
+    /// input.
     pub(crate) fn run_as(
         &self,
         session: &Session,
@@ -154,7 +153,7 @@ impl Job {
         Ok(())
     }
 
-    /// The files in the order of the command line, those of a folder by name.
+    /// The files in the order of the command line; the files of a folder by name.
     fn tasks(
         &self,
         extension: &dyn Fn(&Path) -> Option<&'static str>,
@@ -260,13 +259,13 @@ fn walk(
     Ok(())
 }
 
-/// Whether a path means a folder: it is one, or ends as one.
+/// Whether a path means a folder: it is one, or ends like one.
 fn is_folder(path: &Path) -> bool {
     let text = path.as_os_str().to_string_lossy();
     path.is_dir() || text.ends_with('/') || text.ends_with(std::path::MAIN_SEPARATOR)
 }
 
-/// Whether this is the name of a mesh or a record, not that of a folder to be made.
+/// Whether this is the name of a mesh or a record, not of a folder to be made.
 fn is_file_name(path: &Path) -> bool {
     let is_record =
         path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
@@ -277,7 +276,7 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Refuses results that would overwrite each other, or a file that is still to be read.
+/// Refuses results that would overwrite each other, or an input that is still to be read.
 fn check_outputs(tasks: &[Task]) -> Result<(), Failure> {
     let mut of_output = HashMap::new();
     for task in tasks {
@@ -309,16 +308,16 @@ fn check_outputs(tasks: &[Task]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What became of a file.
+/// The outcome of a file.
 enum State {
     Done(Done),
     PassedOver,
     Failed(Failure),
-    /// The run was interrupted before.
+    /// The run was interrupted before this file.
     Left,
 }
 
-/// What became of all files.
+/// The outcomes of all files.
 #[derive(Default, Serialize)]
 struct Summary {
     command: String,
@@ -326,10 +325,10 @@ struct Summary {
     done: usize,
     passed_over: usize,
     failed: usize,
-    /// Left by an interruption.
+    /// Number of files left by an interruption.
     #[serde(skip_serializing_if = "is_zero")]
     left: usize,
-    /// Of the whole run, on the clock.
+    /// Wall-clock time of the whole run.
     seconds: f64,
 }
 
@@ -338,7 +337,7 @@ fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// A file that was passed over.
+/// A skipped file.
 #[derive(Serialize)]
 struct PassedOver<'a> {
     command: &'a str,
@@ -347,7 +346,7 @@ struct PassedOver<'a> {
     passed_over: &'static str,
 }
 
-/// Works on all files, as many at a time as there are threads.
+/// Processes all files, in parallel.
 fn all(
     tasks: &[Task],
     resume: bool,
@@ -361,8 +360,8 @@ fn all(
     let (next, (send, receive)) = (AtomicUsize::new(0), mpsc::channel());
     let mut table = Table::default();
     let workers = session.files_at_a_time().min(tasks.len());
-    // Threads of their own, not tasks of the pool that the libraries compute in: a thread of the pool
-    // that waits for a part of one file would start on another file in the meantime.
+    // Separate threads instead of tasks in the pool of the libraries: a pool thread that waits for a part of one file
+    // would start on another file in the meantime.
     std::thread::scope(|scope| {
         for _ in 0..workers {
             let send = send.clone();
@@ -410,10 +409,10 @@ fn all(
     })
 }
 
-/// As much as the main thread usually has.
+/// The usual stack size of the main thread.
 const STACK: usize = 8 << 20;
 
-/// Works on one of many files.
+/// Processes one of many files.
 fn one(task: &Task, resume: bool, console: &Console, work: &Work<'_>) -> State {
     if is_asked_to_end() {
         return State::Left;
@@ -432,7 +431,7 @@ fn one(task: &Task, resume: bool, console: &Console, work: &Work<'_>) -> State {
     }
 }
 
-/// Whether the result is there and not older than the input. Files appear whole or not at all.
+/// Whether the result exists and is not older than the input. Files appear whole or not at all.
 fn is_done(task: &Task) -> bool {
     let changed = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
     let Some(output) = &task.output else { return false };
@@ -442,7 +441,7 @@ fn is_done(task: &Task) -> bool {
     matches!((changed(&task.input), changed(output)), (Some(i), Some(o)) if i <= o)
 }
 
-/// The summary for people.
+/// The summary as text.
 #[derive(Default)]
 struct Table {
     rows: Vec<[String; 4]>,
@@ -450,7 +449,7 @@ struct Table {
 }
 
 impl Table {
-    /// Notes what became of a file, and prints it at once for programs.
+    /// Records the outcome of a file, and prints it at once in JSON mode.
     fn add(&mut self, task: &Task, state: State, console: &Console) -> Result<(), Failure> {
         let input = task.input.display().to_string();
         let line = match &state {
@@ -514,13 +513,13 @@ fn table_text(rows: &[[String; 4]], summary: &Summary) -> String {
     text
 }
 
-/// Refuses an output that cannot be written as told, for a command whose output is a mesh.
+/// Refuses an output that cannot be written as asked, for a command whose output is a mesh.
 pub(crate) fn check_output(job: &Job, given: &Given) -> Result<(), Failure> {
     match &job.output {
         Some(output) if !is_folder(output) && job.inputs.len() == 1 && !job.inputs[0].is_dir() => {
             check_target(output, &job.save, given)
         }
-        // Of many files, each has the format of its input, or all have the one that is named.
+        // With many files, each has the format of its input, or all have the given format.
         Some(output) if job.save.to.is_some() => check_target(output, &job.save, given),
         _ => Ok(()),
     }

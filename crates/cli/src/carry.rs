@@ -1,4 +1,4 @@
-//! What `simplify` and `lod` take from the command line about attributes.
+//! Command-line options of `simplify` and `lod` for attributes.
 
 use clap::Args;
 use mesh_work::{AttributeRules, Attributes, Loaded};
@@ -7,11 +7,11 @@ use crate::args::{parse_angle, parse_not_negative};
 use crate::console::Console;
 use crate::failure::Failure;
 
-/// The options of [`Carry`] that mean nothing where there are no attributes.
+/// The options of [`Carry`] that have no effect without attributes.
 pub(crate) const OF_ATTRIBUTES: [&str; 4] =
     ["attribute_weight", "normal_weight", "crease_angle", "keep_creases"];
 
-/// Why they are refused with a mesh that is done region by region.
+/// The reason for refusing them for a mesh that is simplified region by region.
 pub(crate) const ONLY_SHAPES: &str = "only positions and faces go through regions; give --memory what the whole mesh needs, or leave it out";
 
 /// What becomes of texture coordinates, normals, colours and materials.

@@ -1,4 +1,4 @@
-//! The options that say how numbers become colours.
+//! Options for the conversion of numbers to colours.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use mesh_render::{ColorMap, Range, Scale, ScaleOptions};
@@ -35,12 +35,12 @@ impl ColorOptions {
         self.options(signed, false).fit(values)
     }
 
-    /// How values become colours, with equal steps of colour as equal ratios if `log`.
+    /// How values become colours; `log`: equal steps of colour are equal ratios.
     pub(crate) fn options(&self, signed: bool, log: bool) -> ScaleOptions {
         ScaleOptions { colors: self.colormap, range: self.range, signed, log }
     }
 
-    /// The ends of the colours if they were named.
+    /// The ends of the colours, if they are given.
     pub(crate) fn given_range(&self) -> Option<[f64; 2]> {
         match self.range {
             Range::Given(low, high) => Some([low, high]),
@@ -48,14 +48,14 @@ impl ColorOptions {
         }
     }
 
-    /// Says what the colours stand for.
+    /// Describes the meaning of the colours.
     pub(crate) fn explain(&self, scale: &Scale) -> String {
         let Scale { low, high, .. } = scale;
         format!("colours run from {low:.4e} to {high:.4e} ({})", self.range.origin())
     }
 }
 
-/// A colour as files have it.
+/// A colour as stored in files.
 pub(crate) fn opaque([red, green, blue]: [u8; 3]) -> [f32; 4] {
     let [red, green, blue] = [red, green, blue].map(|c| f32::from(c) / 255.0);
     [red, green, blue, 1.0]

@@ -1,4 +1,4 @@
-//! What goes to stdout, and what goes to stderr.
+//! Output to stdout and stderr.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -21,23 +21,23 @@ use crate::text::{printable_json, printable_lines};
 /// The name of this program in its reports.
 const TOOL: &str = "curvmesh";
 
-/// Where messages and results go.
+/// The destination of messages and results.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Console {
     json: bool,
     quiet: bool,
-    /// Whether stdout is for a mesh.
+    /// Whether a mesh is written to stdout.
     holds_mesh: bool,
     command: String,
     /// The options of the run, for its reports.
     options: Map<String, Value>,
-    /// The bar over many files, above which messages go.
+    /// The progress bar over many files; messages are printed above it.
     files: Option<ProgressBar>,
-    /// What a run changes without being asked for.
+    /// Changes of a run that were not asked for.
     losses: Arc<Mutex<Losses>>,
 }
 
-/// What is repaired, and what is lost between the input and the output of a command.
+/// Repairs, and content lost between the input and the output of a command.
 #[derive(Debug, Default)]
 struct Losses {
     repairs: Vec<Repaired>,
@@ -48,7 +48,7 @@ struct Losses {
     has_output: bool,
 }
 
-/// A part of the content that is lost, and where.
+/// A part of the content that is lost, and its place.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 struct LostPart {
     file: String,
@@ -66,7 +66,7 @@ struct Repaired {
     count: usize,
 }
 
-/// What every JSON object that this program prints begins and ends with.
+/// The first and last fields of every JSON object that this program prints.
 #[derive(Serialize)]
 struct Signed<'a, T> {
     tool: &'static str,
@@ -81,7 +81,7 @@ struct Signed<'a, T> {
     options: &'a Map<String, Value>,
 }
 
-/// A run, or a file, that failed.
+/// A failed run or file.
 #[derive(Serialize)]
 struct Failed<'a> {
     command: &'a str,
@@ -106,7 +106,7 @@ impl Console {
         Self { json, ..Self::default() }
     }
 
-    /// The same for each of many files: their own progress is not shown.
+    /// The console for each of many files, whose own progress is not shown.
     pub(crate) fn below(&self, files: &ProgressBar) -> Self {
         Self {
             command: self.command.clone(),
@@ -117,7 +117,7 @@ impl Console {
         }
     }
 
-    /// The same; where the mesh goes to stdout, that is kept for it, and results for people go to stderr.
+    /// The console for an output. If the mesh is written to stdout, results for people go to stderr.
     pub(crate) fn beside(&self, output: Option<&Path>) -> Result<Cow<'_, Self>, Failure> {
         if !output.is_some_and(is_standard) {
             return Ok(Cow::Borrowed(self));
@@ -141,14 +141,14 @@ impl Console {
         &self.command
     }
 
-    /// Something for people to know.
+    /// Prints a message, unless quiet.
     pub(crate) fn message(&self, text: impl Display) {
         if !self.quiet {
             self.error(text);
         }
     }
 
-    /// Something for people to know under all circumstances.
+    /// Prints a message even if quiet.
     pub(crate) fn error(&self, text: impl Display) {
         let text = printable_lines(text);
         match &self.files {
@@ -161,7 +161,7 @@ impl Console {
         self.losses.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Keeps a loss for the report. `by` is `reading`, `writing` or the command.
+    /// Records a loss for the report. `by` is `reading`, `writing` or the command.
     pub(crate) fn lose(&self, file: &str, by: &str, lost: &Lost) {
         let part = LostPart { file: file.to_owned(), by: by.to_owned(), lost: lost.clone() };
         let mut losses = self.losses();
@@ -170,7 +170,7 @@ impl Console {
         }
     }
 
-    /// Keeps the repairs of an input for the report.
+    /// Records the repairs of an input for the report.
     pub(crate) fn repaired(
         &self,
         file: &str,
@@ -180,12 +180,12 @@ impl Console {
         self.losses().repairs.extend(repairs);
     }
 
-    /// Keeps in mind what the first input has.
+    /// Records the content of the first input.
     pub(crate) fn note_input(&self, model: &Model) {
         self.losses().input.get_or_insert_with(|| Inventory::of(model));
     }
 
-    /// Says which kinds of content of the first input are not in the output.
+    /// Reports the kinds of content of the first input that are not in the output.
     pub(crate) fn compare_with_input(&self, model: &Model) {
         let missing = match &self.losses().input {
             Some(input) => input.missing_in(&Inventory::of(model)),
@@ -197,12 +197,12 @@ impl Console {
         }
     }
 
-    /// Keeps in mind that there is an output, so that the report lists what is lost, even if nothing is.
+    /// Records that there is an output, so that the report lists losses, even if there are none.
     pub(crate) fn wrote(&self) {
         self.losses().has_output = true;
     }
 
-    /// A JSON object with what all of them have.
+    /// A JSON object with the common fields.
     pub(crate) fn signed(&self, content: impl Serialize) -> Result<String, Failure> {
         let version = env!("CARGO_PKG_VERSION");
         let losses = self.losses();
@@ -224,17 +224,17 @@ impl Console {
             self.message(text);
             return Ok(());
         }
-        // JSON is printable already, and lines of text are our own.
+        // JSON is escaped already, and lines of text are our own.
         let text = printable_lines(text);
         let mut stdout = std::io::stdout().lock();
         match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
-            // Whoever reads this has read enough.
+            // The reader of the pipe has closed it.
             Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
             other => other.map_err(Failure::Stdout),
         }
     }
 
-    /// A progress bar of so many steps; hidden when stderr is no terminal.
+    /// A progress bar of `steps` steps; hidden when stderr is no terminal.
     pub(crate) fn progress(&self, steps: u64, what: &'static str) -> ProgressBar {
         let style = ProgressStyle::with_template("{msg} {bar:30} {percent}% {elapsed}")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -243,7 +243,7 @@ impl Console {
             .with_message(what)
     }
 
-    /// A progress bar over the steps of a pass, with the time that is left of the step.
+    /// A progress bar over the steps of a pass, with the remaining time of the step.
     pub(crate) fn progress_of_passes(&self) -> ProgressBar {
         let style =
             ProgressStyle::with_template("{msg} {bar:30} {pos} of {len} {elapsed}, {eta} left")
@@ -258,7 +258,7 @@ impl Console {
         ProgressBar::with_draw_target(Some(files), self.target()).with_style(style)
     }
 
-    /// A sign of life for work whose length is unknown; hidden when stderr is no terminal.
+    /// A spinner for work of unknown length; hidden when stderr is no terminal.
     pub(crate) fn spinner(&self, what: &'static str) -> ProgressBar {
         let spinner = ProgressBar::with_draw_target(None, self.target()).with_message(what);
         spinner.enable_steady_tick(Duration::from_millis(100));

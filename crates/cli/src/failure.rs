@@ -1,4 +1,4 @@
-//! What can go wrong, for people and for programs, and the exit code for it.
+//! Failures, as text and as JSON, and their exit codes.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ pub(crate) enum Failure {
     Build {
         path: PathBuf,
         source: Box<BuildError>,
-        /// Whether vertices that the format splits were joined without being told to.
+        /// Whether vertices that the format splits were joined without being asked for.
         joined: bool,
     },
     #[error(
@@ -40,7 +40,7 @@ pub(crate) enum Failure {
     Replay(Box<ReplayError>),
     #[error("cannot write {}: {}", path.display(), overwriting(&source.to_string()))]
     Write { path: PathBuf, source: Box<WriteError> },
-    /// The content does not fit together, which is a mistake of this program.
+    /// The content is inconsistent, which is a defect of this program.
     #[error("the mesh and its attributes do not fit: {0}")]
     Model(Box<mesh_io::ModelError>),
     #[error("{0}")]
@@ -48,7 +48,7 @@ pub(crate) enum Failure {
     /// The mesh cannot be processed as asked.
     #[error("{0}")]
     Refused(String),
-    /// A mesh larger than memory could not be done.
+    /// A mesh larger than memory could not be processed.
     #[error("{0}")]
     Regions(Box<out_of_core::Error>),
     #[error("cannot make a JSON object: {0}")]
@@ -57,29 +57,29 @@ pub(crate) enum Failure {
     Stdout(std::io::Error),
     #[error("cannot start threads: {0}")]
     Threads(std::io::Error),
-    /// A defect of this program, met by one of many files.
+    /// A defect of this program that occurred in one of many files.
     #[error("the program has a defect that this file shows: {0}")]
     Panic(String),
 }
 
 const JOINED: &str = "; vertices that the format splits were joined, --weld none leaves them apart";
 
-/// A failure as an object for programs.
+/// A failure as a JSON object.
 #[derive(Debug, Serialize)]
 pub(crate) struct Described {
-    /// What kind of failure it is; see [`Failure::code`].
+    /// The kind of failure; see [`Failure::code`].
     code: &'static str,
-    /// The exit code of the program for it.
+    /// The exit code of the program.
     exit_code: u8,
     message: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     place: Option<Place>,
-    /// Options that would help.
+    /// Options that may help.
     #[serde(skip_serializing_if = "Option::is_none")]
     cure: Option<String>,
 }
 
-/// Where it is: as much as is known.
+/// The place of the failure, as far as it is known.
 #[derive(Debug, Default, Serialize)]
 struct Place {
     file: String,
@@ -126,7 +126,7 @@ impl Failure {
         Self::Simplify(Box::new(source))
     }
 
-    /// What went wrong with a mesh larger than memory; what is in the input is the fault of the input.
+    /// A failure with a mesh larger than memory. Errors in the input file are reported as errors of the input.
     pub(crate) fn regions(source: out_of_core::Error) -> Self {
         match source {
             out_of_core::Error::Read(error) => Self::Read(Box::new(error)),
@@ -193,7 +193,7 @@ impl Failure {
         }
     }
 
-    /// A word for the kind of failure, for programs to tell them apart.
+    /// A word for the kind of failure, for programs.
     fn code(&self) -> &'static str {
         match self {
             Self::Read(error) => match &error.kind {
@@ -314,12 +314,12 @@ impl Failure {
         }
     }
 
-    /// The failure for people: one line, whatever stands in the file.
+    /// The failure as text: one line, for any content of the file.
     pub(crate) fn message(&self) -> String {
         printable(self)
     }
 
-    /// The failure for programs.
+    /// The failure as JSON.
     pub(crate) fn described(&self) -> Described {
         Described {
             code: self.code(),
@@ -331,31 +331,30 @@ impl Failure {
     }
 }
 
-/// Whether the file itself is at fault, not only what was asked of it.
+/// Whether the file itself is invalid, not only the request.
 fn is_malformed(error: &BuildError) -> bool {
     matches!(error, BuildError::NonFiniteCoordinate { .. } | BuildError::TooManyElements { .. })
 }
 
-/// Whether a file beside the output is in the way.
+/// Whether a file beside the output must not be replaced.
 fn is_companion(error: &WriteError) -> bool {
     matches!(error, WriteError::Companion { .. })
 }
 
-/// The option that lets it be replaced.
+/// The option that allows replacing it.
 const OVERWRITE: &str = "--overwrite-companions";
 
-/// Names that option in a message of the library as the command line does.
+/// Replaces the name of that option in a message of the library by the command-line option.
 fn overwriting(message: &str) -> String {
     message.replace("`overwrite_companions`", OVERWRITE)
 }
 
-/// The option of the command line that allows a repair of the library.
+/// The command-line option for a repair of the library.
 fn as_option(repair: &str) -> String {
     format!("--{}", repair.replace('_', "-"))
 }
 
-/// Turns the names of repairs in a message of the library, which stand in backticks, into options
-/// of the command line.
+/// Replaces the names of repairs in backticks in a message of the library by command-line options.
 fn as_options(message: &str) -> String {
     let parts = message.split('`').enumerate();
     let text: String =

@@ -1,4 +1,4 @@
-//! What was given on the command line, as far as it matters beyond its value.
+//! The options given on the command line.
 
 use std::collections::BTreeSet;
 
@@ -7,23 +7,23 @@ use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 
-/// The options that a command was given, and the values that it runs with.
+/// The options given to a command, and the values of all its options.
 #[derive(Debug, Default)]
 pub(crate) struct Given {
     /// The fields of the options that are on the command line.
     explicit: BTreeSet<String>,
-    /// Every option with its value, usual ones included, by its long name.
+    /// Every option with its value, including defaults, by its long name.
     options: Map<String, Value>,
 }
 
-/// What every command takes and no result depends on, and what reports name otherwise.
+/// Options that do not affect results, or that reports name elsewhere.
 const LEFT_OUT: [&str; 7] = ["json", "quiet", "threads", "output", "help", "inputs", "input"];
 
 /// The options that take a length.
 const LENGTHS: [&str; 6] = ["weld", "max_error", "errors", "exact", "radius", "tolerance"];
 
 impl Given {
-    /// What `matches` has for the arguments of a command.
+    /// The values in `matches` for the arguments of a command.
     pub(crate) fn new(command: &Command, matches: &ArgMatches) -> Self {
         let mut given = Self::default();
         for argument in command.get_arguments() {
@@ -42,7 +42,7 @@ impl Given {
                 1 => values.remove(0),
                 _ => Value::Array(values),
             };
-            // A switch that is off says nothing.
+            // Switches that are off are omitted.
             if value != Value::Bool(false) {
                 given.options.insert(name.to_owned(), value);
             }
@@ -50,7 +50,7 @@ impl Given {
         given
     }
 
-    /// Every option with its value, usual ones included.
+    /// Every option with its value, including defaults.
     pub(crate) fn options(&self) -> &Map<String, Value> {
         &self.options
     }
@@ -60,7 +60,7 @@ impl Given {
         self.explicit.contains(field)
     }
 
-    /// Refuses options that would do nothing, and says why they would.
+    /// Refuses options without effect, with the reason.
     pub(crate) fn refuse(&self, fields: &[&str], because: &str) -> Result<(), Failure> {
         match fields.iter().find(|field| self.has(field)) {
             Some(field) => {
@@ -71,7 +71,7 @@ impl Given {
         }
     }
 
-    /// Refuses `--relative` where there is no length.
+    /// Refuses `--relative` if no length is given.
     pub(crate) fn check_relative(&self) -> Result<(), Failure> {
         if LENGTHS.iter().any(|field| self.has(field)) {
             return Ok(());
@@ -80,7 +80,7 @@ impl Given {
     }
 }
 
-/// Numbers and switches as such, all else as text.
+/// Numbers and switches as such, everything else as text.
 fn as_json(text: &str) -> Value {
     match serde_json::from_str(text) {
         Ok(value @ (Value::Number(_) | Value::Bool(_))) => value,

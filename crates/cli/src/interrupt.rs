@@ -1,7 +1,7 @@
-//! Signals to end, such as Ctrl-C: the program ends between files, never within one.
+//! Signals that end the program, such as Ctrl-C: the program ends between files, never while it writes one.
 //!
-//! A file is written beside its target and then renamed. A program that ends in between would leave half a file under
-//! another name.
+//! A file is written under another name and then renamed. A program that ends in between would leave half a file under
+//! that name.
 
 use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
@@ -14,7 +14,7 @@ use crate::text::printable;
 /// The exit code after Ctrl-C: 128 and the number of the signal.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// Shared by all threads that write a file. Whoever holds it alone knows that nobody writes.
+/// Threads that write a file hold a shared lock. With the exclusive lock, no thread is writing.
 static WRITING: RwLock<()> = RwLock::new(());
 
 /// The files that have been written.
@@ -26,7 +26,7 @@ static SCRATCH: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// Whether the first signal asks for the best result so far.
 static KEEPS_PARTIAL: AtomicBool = AtomicBool::new(false);
 
-/// Whether it has been asked for.
+/// Whether the best result was asked for.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
 /// What Ctrl-C does to a run that gets better and better.
@@ -40,11 +40,11 @@ pub(crate) struct Interruption {
 /// The field of [`Interruption`].
 pub(crate) const KEEP_PARTIAL: &str = "keep_partial";
 
-/// From now on, a signal to end ends the program as soon as no file is being written, and says which were written. Or
-/// it asks for the best result so far first.
+/// Installs the signal handling. A signal ends the program as soon as no file is being written, and the written files
+/// are listed. Or the first signal asks for the best result so far.
 pub(crate) fn watch(keeps_partial: bool) {
     KEEPS_PARTIAL.store(keeps_partial, Ordering::SeqCst);
-    // If this fails the system ends the program, which is as good unless a file is being written.
+    // If this fails, the system ends the program, which is equivalent unless a file is being written.
     #[cfg(unix)]
     if let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted_signals()) {
         std::thread::spawn(move || signals.forever().for_each(end));
@@ -53,7 +53,7 @@ pub(crate) fn watch(keeps_partial: bool) {
     let _ = ctrlc::set_handler(|| end(i32::from(INTERRUPTED) - 128));
 }
 
-/// The signals that ask the program to end: Ctrl-C, a scheduler, a terminal that closes. Under `nohup` the last one stays
+/// The signals that end the program: Ctrl-C, a scheduler, a terminal that closes. Under `nohup` the last one stays
 /// ignored.
 #[cfg(unix)]
 fn wanted_signals() -> Vec<i32> {
@@ -70,7 +70,7 @@ fn wanted_signals() -> Vec<i32> {
 fn end(signal: i32) {
     // A progress bar leaves its line unfinished.
     let line = if std::io::stderr().is_terminal() { "\n" } else { "" };
-    // The terminal may be closed: then nobody reads it.
+    // If the terminal is closed, the message is lost.
     let say = |text: &str| drop(writeln!(std::io::stderr(), "{line}interrupted: {text}"));
     if KEEPS_PARTIAL.load(Ordering::SeqCst) && !IS_ASKED.swap(true, Ordering::SeqCst) {
         say("writing the best so far; again to end at once");
@@ -79,7 +79,7 @@ fn end(signal: i32) {
     let _nobody_writes = WRITING.write().unwrap_or_else(PoisonError::into_inner);
     let written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
     for folder in SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).iter() {
-        // The run goes on meanwhile, and may add to it.
+        // The run continues in the meantime, and may add to the folder.
         let mut tries = 0..3;
         while folder.exists() && tries.next().is_some() {
             let _ = std::fs::remove_dir_all(folder);
@@ -89,22 +89,22 @@ fn end(signal: i32) {
     std::process::exit(128 + signal);
 }
 
-/// Has a signal remove this folder for temporary files.
+/// A signal will remove this folder for temporary files.
 pub(crate) fn removes(scratch: &Path) {
     SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).push(scratch.to_owned());
 }
 
-/// Whether the run was interrupted and is to end with what is best so far.
+/// Whether the run was interrupted and should end with the best result so far.
 pub(crate) fn is_asked_to_end() -> bool {
     IS_ASKED.load(Ordering::Relaxed)
 }
 
-/// Whether a run goes on.
+/// Whether a run should continue.
 pub(crate) fn flow() -> ControlFlow<()> {
     if is_asked_to_end() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// Writes a file, which an interruption waits for.
+/// Writes a file; an interruption waits for it.
 pub(crate) fn while_writing<T, E>(
     path: &Path,
     write: impl FnOnce() -> Result<T, E>,
@@ -112,7 +112,7 @@ pub(crate) fn while_writing<T, E>(
     while_writing_all(&[path], write)
 }
 
-/// Writes files, all of which an interruption waits for.
+/// Writes files; an interruption waits for all of them.
 pub(crate) fn while_writing_all<T, E>(
     paths: &[&Path],
     write: impl FnOnce() -> Result<T, E>,
@@ -125,7 +125,7 @@ pub(crate) fn while_writing_all<T, E>(
 }
 
 fn outcome(written: &[PathBuf]) -> String {
-    /// More than these are counted only.
+    /// Only this number of names is printed.
     const MOST_NAMES: usize = 5;
     let names: Vec<String> = written.iter().map(|path| printable(path.display())).collect();
     match &names[..] {

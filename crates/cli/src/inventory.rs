@@ -1,4 +1,4 @@
-//! The kinds of content that a mesh has, to tell what a command leaves out.
+//! The kinds of content of a mesh, to report what a command omits.
 
 use mesh_io::{Lost, Model};
 
@@ -37,7 +37,7 @@ impl Inventory {
         Self { kinds }
     }
 
-    /// What this has and the other one has not.
+    /// The kinds of content of this model that the other one lacks.
     pub(crate) fn missing_in(&self, other: &Self) -> Vec<Lost> {
         let is_there = |name: &String| other.kinds.iter().any(|(there, _)| there == name);
         let missing = self.kinds.iter().filter(|(name, _)| !is_there(name));

@@ -1,4 +1,4 @@
-//! Meshes that are larger than the memory they may take.
+//! Meshes that exceed the memory limit.
 
 use std::path::{Path, PathBuf};
 
@@ -104,7 +104,7 @@ pub(crate) fn repairs(options: &RepairOptions) -> Result<Repairs, Failure> {
 /// The tolerance of proofs in each pass, as a share of the diagonal of the bounding box.
 pub(crate) const PROVED: f64 = 1e-4;
 
-/// Splits a file into regions, unless that was done before.
+/// Splits a file into regions, unless that was done by an earlier run.
 pub(crate) fn split_file(
     input: &Path,
     folder: &Path,
@@ -152,7 +152,7 @@ pub(crate) fn simplify_file(
 ) -> Result<(Outcome, Work), Failure> {
     let Folder { path, resume } = folder;
     if path.join("run.json").exists() && !resume {
-        // A damaged folder, or one that another process works in, has an error of its own.
+        // A damaged folder, or a folder that another process uses, has its own error.
         Work::open(path).map_err(Failure::regions)?;
         return Err(Failure::usage(format!(
             "{}: there is an earlier run in this folder; resume it with --resume, or remove the folder",
@@ -181,7 +181,8 @@ pub(crate) fn takes_regions(output: &Path, options: &SaveOptions) -> bool {
     options.format_of(output) == Some(Format::Ply) && !is_standard(output)
 }
 
-/// Whether so many levels of detail go to a folder: there is one, or the name does not end like that of a mesh file.
+/// Whether this number of levels of detail goes to a folder: the folder exists, or the name does not end like a mesh
+/// file.
 pub(crate) fn is_folder(output: &Path, options: &SaveOptions, levels: usize) -> bool {
     let names_format = || Format::from_extension(output).is_some();
     let is_plain_file = || levels == 1 && options.to.is_some() && output.extension().is_some();
@@ -269,7 +270,7 @@ fn levels_at(outcome: &Outcome, paths: &[PathBuf]) -> Vec<Level> {
     results.map(level).collect()
 }
 
-/// Calls `visit` with each result of a run, from the finest. One of them is in memory at a time, beside the coarsest.
+/// Calls `visit` with each result of a run, from the finest. Only one of them is in memory, besides the coarsest.
 fn each_level<T>(
     outcome: &Outcome,
     work: &Work,
@@ -301,7 +302,8 @@ pub(crate) fn save_tiles(
     Ok(levels)
 }
 
-/// Writes all results of a run, from the finest, each as a file. All files are whole before the first takes its place.
+/// Writes all results of a run, from the finest, each as a file. All files are complete before the first is moved to
+/// its place.
 pub(crate) fn save_levels(
     outcome: &Outcome,
     work: &Work,

@@ -2,11 +2,10 @@
 //!
 //! # The code
 //!
-//! The program is this library with a `main`, so that the Python package has it too.
+//! The program is this library with a `main`, so that the Python package contains it too.
 //!
-//! One module per command, in `commands`; the others are what commands share. Results go to stdout,
-//! everything for people to stderr; with `--json`, stdout carries one JSON object and nothing else,
-//! or one per line for many files.
+//! One module per command, in `commands`; the other modules are shared. Results go to stdout, all messages to stderr;
+//! with `--json`, stdout carries only one JSON object, or one per line for many files.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
@@ -46,8 +45,8 @@ use given::Given;
 use interrupt::{INTERRUPTED, KEEP_PARTIAL};
 use session::{Outcome, Session};
 
-/// Runs the program with this command line, whose first word is the name of the program, and gives
-/// its exit code. Once in a process: it takes over Ctrl-C and the threads.
+/// Runs the program with this command line, which starts with the name of the program, and returns its exit code. Call
+/// it once in a process: it handles Ctrl-C and configures the threads.
 #[must_use]
 pub fn run_program(command_line: &[OsString]) -> u8 {
     let (arguments, session) = match parse(command_line) {
@@ -64,14 +63,14 @@ pub fn run_program(command_line: &[OsString]) -> u8 {
     }
 }
 
-/// The command line, or why it makes no sense.
+/// Parses the command line.
 fn parse(command_line: &[OsString]) -> Result<(Arguments, Session), clap::Error> {
     let mut command = Arguments::command();
     let matches = command.try_get_matches_from_mut(command_line)?;
     let (name, given) = match matches.subcommand() {
         Some((name, mut matches)) => {
             let mut found = command.find_subcommand(name);
-            // Steps of a command have options of their own.
+            // Subcommands of a command have their own options.
             while let (Some(command), Some((step, below))) = (found, matches.subcommand()) {
                 (found, matches) = (command.find_subcommand(step), below);
             }
@@ -85,7 +84,7 @@ fn parse(command_line: &[OsString]) -> Result<(Arguments, Session), clap::Error>
     Ok((arguments, Session { console, given, threads }))
 }
 
-/// Says what is wrong with the command line, or the help that was asked for.
+/// Prints a usage error or the requested help.
 fn usage_error(error: &clap::Error, command_line: &[OsString]) -> u8 {
     let is_help = !error.use_stderr();
     if !is_help && command_line.iter().any(|word| word == "--json") {
@@ -93,16 +92,16 @@ fn usage_error(error: &clap::Error, command_line: &[OsString]) -> u8 {
         let text = text.trim_end().trim_start_matches("error: ");
         return report(&Failure::usage(text), &Console::without_command(true));
     }
-    // Nobody reads it if it cannot be printed.
+    // An error of printing cannot be reported.
     let _ = error.print();
     if is_help { 0 } else { 2 }
 }
 
-/// Says what went wrong: to people, and to programs if asked to.
+/// Reports a failure: as text, and as JSON if asked for.
 fn report(failure: &Failure, console: &Console) -> u8 {
     console.error(format_args!("error: {}", failure.message()));
     if console.is_json() {
-        // What cannot be printed has been said on stderr.
+        // If printing fails, the message is on stderr anyway.
         let _ = console.failed(None, failure).and_then(|line| console.print(line));
     }
     failure.exit_code()

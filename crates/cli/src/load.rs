@@ -1,4 +1,4 @@
-//! From a file to a mesh.
+//! Loading a mesh from a file.
 
 use std::fs::File;
 use std::io::Read;
@@ -26,7 +26,7 @@ pub(crate) struct Seconds {
 }
 
 impl Seconds {
-    /// Runs a part and takes its time.
+    /// Runs a part of the work and measures its time.
     pub(crate) fn time<T>(part: &mut f64, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
@@ -34,7 +34,7 @@ impl Seconds {
         result
     }
 
-    /// With the total filled in.
+    /// Fills in the total.
     pub(crate) fn summed(mut self) -> Self {
         self.total = self.load + self.compute + self.save;
         self
@@ -115,16 +115,16 @@ pub(crate) struct Loading {
     pub(crate) repair: RepairOptions,
 }
 
-/// How many bytes tell the format.
+/// The number of bytes used to detect the format.
 const HEAD: usize = 4096;
 
 impl ReadOptions {
-    /// Reads a file or the standard input, and says what the reader passed over.
+    /// Reads a file or the standard input, and reports what the reader skipped.
     fn read(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
         self.read_with_format(path, console).map(|(model, _)| model)
     }
 
-    /// As [`ReadOptions::read`], with the format that it turned out to be.
+    /// As [`ReadOptions::read`], with the detected format.
     fn read_with_format(
         &self,
         path: &Path,
@@ -171,8 +171,7 @@ fn failed(path: &Path, error: std::io::Error) -> Failure {
     Failure::Read(Box::new(ReadError { path: Some(path.to_owned()), kind }))
 }
 
-/// The format of a regular file by its content, as the reader finds it; what is no regular file can
-/// be read only once.
+/// The format of a regular file by its content, as the reader detects it; other inputs can be read only once.
 fn detect(path: &Path) -> Result<Option<Format>, Failure> {
     let metadata = std::fs::metadata(path).map_err(|error| failed(path, error))?;
     if !metadata.is_file() {
@@ -203,14 +202,14 @@ impl Loading {
         })
     }
 
-    /// Which pictures of a file are loaded: files beside it, within the memory limit of reading.
+    /// Options for loading the pictures of a file: files beside it, within the memory limit of reading.
     pub(crate) fn pictures(&self, path: &Path) -> PictureOptions {
         let folder = path.parent().filter(|_| !is_standard(path)).map(Path::to_owned);
         let (external, max_memory) = (self.read.external.into(), self.read.max_memory);
         PictureOptions { folder, external, max_memory, ..PictureOptions::default() }
     }
 
-    /// The format of a file, as far as it can be told before it is read.
+    /// The format of a file, if it can be determined before it is read.
     pub(crate) fn format(&self, path: &Path) -> Result<Option<Format>, Failure> {
         match self.read.from {
             Some(format) => Ok(Some(format.into())),
@@ -219,15 +218,15 @@ impl Loading {
         }
     }
 
-    /// Reads a file or the standard input as it is, and says what the reader passed over.
+    /// Reads a file or the standard input without repairs, and reports what the reader skipped.
     pub(crate) fn read(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
         self.read.read(path, console)
     }
 
-    /// Reads a file and builds the mesh, with the repairs that are asked for and, unless they are to be strict,
-    /// those that it needs. Some formats split a vertex so that each part has one texture coordinate and one
-    /// normal, for example glTF. The parts are one vertex of the mesh unless `--weld` says otherwise: an edge
-    /// whose faces do not know each other has no curvature, and cannot flip.
+    /// Reads a file and builds the mesh, with the repairs that are asked for and, without `--strict`, those that it
+    /// needs. Some formats, for example glTF, split a vertex so that each part has one texture coordinate and one
+    /// normal. The parts are welded unless `--weld` says otherwise: an edge between unconnected faces has no curvature
+    /// and cannot flip.
     pub(crate) fn load(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let (model, format) = self.read.read_with_format(path, console)?;
         let mut repair = self.repairs(&model)?;
@@ -241,14 +240,14 @@ impl Loading {
         self.check_left(path, assemble(path, model, &repair, (made, joined), console)?)
     }
 
-    /// Reads a file and builds the mesh with the repairs that are asked for, and no others.
+    /// Reads a file and builds the mesh with only the repairs that are asked for.
     pub(crate) fn load_as_told(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let model = self.read(path, console)?;
         let repair = self.repairs(&model)?;
         self.check_left(path, assemble(path, model, &repair, (Made::AsTold, false), console)?)
     }
 
-    /// Whether the repairs have left something, or may leave nothing.
+    /// Refuses a mesh that the repairs have left empty, unless empty meshes are allowed.
     pub(crate) fn check_left(&self, path: &Path, loaded: Loaded) -> Result<Loaded, Failure> {
         match loaded.counts() {
             [0, 0] if !self.read.allow_empty => Err(Failure::NothingLeft(path.to_owned())),
@@ -256,7 +255,7 @@ impl Loading {
         }
     }
 
-    /// The content of a file as it is, or of the mesh that the repairs make of it if there are any.
+    /// The content of a file, or of the repaired mesh if there are any repairs.
     pub(crate) fn content(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
         if !self.repair.any() {
             return self.read(path, console);
@@ -280,13 +279,13 @@ impl Loading {
 /// Which repairs are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Made {
-    /// Those that are asked for.
+    /// The repairs that are asked for.
     AsTold,
-    /// Those that are asked for, and those that the mesh needs.
+    /// The repairs that are asked for, and those that the mesh needs.
     AsNeeded,
 }
 
-/// Builds the mesh, and names the repairs. `joined` says whether split vertices are welded without being asked for.
+/// Builds the mesh, and reports the repairs. `joined`: split vertices are welded without being asked for.
 pub(crate) fn assemble(
     path: &Path,
     model: Model,
@@ -318,7 +317,7 @@ pub(crate) fn assemble(
     Ok(loaded)
 }
 
-/// One line about repairs that nobody asked for.
+/// One line about repairs that were not asked for.
 fn needed(report: &BuildReport) -> String {
     let repairs = report.repairs().map(|(what, count)| format!("{what}: {count}"));
     let repairs = repairs.collect::<Vec<_>>().join(", ");

@@ -1,4 +1,4 @@
-//! From a mesh to a file.
+//! Saving a mesh to a file.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -66,7 +66,7 @@ pub(crate) enum PrecisionName {
 }
 
 impl SaveOptions {
-    /// The format of an output: as told, or by its extension.
+    /// The format of an output: as given, or by its extension.
     pub(crate) fn format_of(&self, path: &Path) -> Option<Format> {
         self.to.map(Format::from).or_else(|| Format::from_extension(path))
     }
@@ -97,7 +97,7 @@ impl SaveOptions {
 pub(crate) const SAVE_OPTIONS: [&str; 5] =
     ["to", "encoding", "precision", "overwrite_companions", "stl_colors"];
 
-/// Refuses an output that cannot be written as told before any work is done.
+/// Refuses an output that cannot be written as asked, before any work is done.
 pub(crate) fn check_target(
     path: &Path,
     options: &SaveOptions,
@@ -125,14 +125,14 @@ pub(crate) fn check_target(
     if format != Format::Obj || is_standard(path) {
         given.refuse(&["overwrite_companions"], "it is for the files that go with an OBJ file")?;
     }
-    // The library knows which encodings a format has.
+    // The library knows the encodings of each format.
     match mesh_io::check_write(&Model::default(), format, &options.write_options()) {
         Err(error @ WriteError::NoSuchEncoding { .. }) => Err(Failure::usage(error)),
         _ => Ok(()),
     }
 }
 
-/// Refuses a file in a folder that is not there before any work is done.
+/// Refuses a file in a folder that does not exist, before any work is done.
 pub(crate) fn check_folder_of(path: &Path) -> Result<(), Failure> {
     match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         Some(folder) if !folder.is_dir() => {
@@ -144,7 +144,7 @@ pub(crate) fn check_folder_of(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Writes a file, whole or not at all, and says what is lost.
+/// Writes a file, whole or not at all, and reports losses.
 pub(crate) fn save(
     path: &Path,
     model: &Model,
@@ -169,10 +169,10 @@ pub(crate) fn save(
     Ok(())
 }
 
-/// Makes a file that is whole but has not taken its place.
+/// Writes a complete file that is not yet in its place.
 type Stage<'b> = Box<dyn FnOnce() -> Result<Staged, WriteError> + 'b>;
 
-/// Files that belong together: all of them are whole on the disk before the first takes its place.
+/// Files that belong together: all of them are complete on the disk before the first is moved to its place.
 #[derive(Default)]
 pub(crate) struct Outputs<'b> {
     files: Vec<(&'b Path, Stage<'b>)>,
@@ -206,7 +206,7 @@ impl<'b> Outputs<'b> {
         self.add(path, move || mesh_io::stage_levels(path, levels, coverage, &options));
     }
 
-    /// Writes the files, and says what their formats could not hold.
+    /// Writes the files, and reports what their formats could not hold.
     pub(crate) fn write(self, console: &Console) -> Result<(), Failure> {
         let paths: Vec<&Path> = self.files.iter().map(|(path, _)| *path).collect();
         let reports = while_writing_all(&paths, || {
@@ -225,7 +225,7 @@ impl<'b> Outputs<'b> {
     }
 }
 
-/// Writes what is no mesh: a file, whole or not at all, or the standard output.
+/// Writes data other than meshes: to a file, whole or not at all, or to the standard output.
 pub(crate) fn save_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     if is_standard(path) {
         return to_stdout(bytes);
@@ -239,8 +239,8 @@ fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
     stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(Failure::Stdout)
 }
 
-/// The files of levels of detail in a folder, from the finest: named after the input, and of the usual format if
-/// no other is asked for.
+/// The files of levels of detail in a folder, from the finest: named after the input, and in the usual format unless
+/// another one is given.
 pub(crate) fn paths_of_levels(
     input: &Path,
     folder: &Path,
@@ -256,7 +256,7 @@ pub(crate) fn paths_of_levels(
     (1..=count).map(|level| folder.join(format!("{stem}-{level}.{extension}"))).collect()
 }
 
-/// Makes the folder that a file goes to.
+/// Makes the folder of a file.
 pub(crate) fn make_folder_of(path: &Path) -> Result<(), Failure> {
     match path.parent() {
         Some(folder) => {
@@ -266,7 +266,7 @@ pub(crate) fn make_folder_of(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Says what the format could not hold.
+/// Reports what the format could not hold.
 pub(crate) fn explain(path: &Path, report: &WriteReport, console: &Console) {
     let name = printable(path.display());
     if report.rounding > 0.0 {

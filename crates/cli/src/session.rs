@@ -1,4 +1,4 @@
-//! What a run has besides the options of its command.
+//! The state of a run besides the options of its command.
 
 use std::num::NonZero;
 
@@ -14,19 +14,19 @@ use crate::interrupt::is_asked_to_end;
 pub(crate) struct Session {
     pub(crate) console: Console,
     pub(crate) given: Given,
-    /// How many threads there are to be, if that was said.
+    /// The number of threads, if given.
     pub(crate) threads: Option<NonZero<usize>>,
 }
 
 impl Session {
-    /// This run, whose work this thread hands out, which does a share of it itself: from a thread that is not one of
-    /// those that compute, every loop over elements would cost a change of threads there and back.
+    /// This run on one file. This thread distributes the work and takes part in it: from a thread outside the pool,
+    /// every loop over elements would cost two thread switches.
     pub(crate) fn on_one_thing(&self) -> Result<&Self, Failure> {
         self.pool().use_current_thread().build_global().map_err(Failure::pool)?;
         Ok(self)
     }
 
-    /// This run, whose work other threads hand out while this one waits for them.
+    /// This run on many files. Other threads distribute the work while this one waits for them.
     pub(crate) fn on_many_files(&self) -> Result<&Self, Failure> {
         self.pool().build_global().map_err(Failure::pool)?;
         Ok(self)
@@ -36,20 +36,20 @@ impl Session {
         ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, NonZero::get))
     }
 
-    /// How many files are worked on at a time.
+    /// The number of files processed in parallel.
     pub(crate) fn files_at_a_time(&self) -> usize {
         let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
         self.threads.map_or(cores, NonZero::get)
     }
 }
 
-/// How a run that has reported its results ends.
+/// The outcome of a run that has reported its results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Done,
     /// Of many files, some could not be processed.
     SomeFailed,
-    /// It was interrupted, and has written what was best by then.
+    /// The run was interrupted, and has written the best result so far.
     Interrupted,
 }
 

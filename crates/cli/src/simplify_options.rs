@@ -1,4 +1,4 @@
-//! What `simplify` and `lod` take from the command line, and what the library makes of it.
+//! Command-line options of `simplify` and `lod`, and their conversion to options of the library.
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -50,7 +50,7 @@ impl Targets {
         !counts && max_error.is_none() && max_cost.is_none() && time_limit.is_none()
     }
 
-    /// Says which target holds where none is given.
+    /// Prints the default target if none is given.
     pub(crate) fn explain(&self, console: &Console) {
         if self.is_empty() {
             console.message(format_args!(
@@ -212,7 +212,7 @@ impl From<NormName> for FitNorm {
 struct Components(Option<usize>);
 
 impl Policy {
-    /// Refuses options that would do nothing.
+    /// Refuses options without effect.
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
         if !self.choices().fits() {
             given.refuse(&["seed"], "the result is not fitted, so there are no random numbers")?;
@@ -227,7 +227,7 @@ impl Policy {
         Ok(())
     }
 
-    /// How distances from the input are found.
+    /// How distances from the input are measured.
     pub(crate) fn check(&self) -> ErrorCheck {
         self.choices().check()
     }
@@ -254,7 +254,7 @@ impl Policy {
         Ok(self.choices().options_without_features(limits))
     }
 
-    /// Whether the distance from the input is to be proved.
+    /// Whether the distance from the input is to be certified.
     pub(crate) fn proves(&self) -> bool {
         self.verify
     }
@@ -281,24 +281,24 @@ impl Policy {
 pub(crate) const OF_TARGETS: [&str; 6] =
     ["faces", "vertices", "ratio", "max_error", "max_cost", "time_limit"];
 
-/// Each round reads all samples. After a few dozen, nothing moves.
+/// Each round reads all samples. After a few dozen rounds, nothing moves.
 const MOST_ROUNDS: usize = 1000;
 
-/// The options of what comes after the collapses.
+/// The options of the steps after the collapses.
 pub(crate) const OF_FITS: [&str; 4] = ["fit_rounds", "norm", "anneal_time", "seed"];
 
-/// Why levels of detail have no use for them.
+/// The reason why levels of detail do not use them.
 pub(crate) const NOT_FITTED: &str = "levels are stages of a run, and not fitted";
 
-/// The failure for an option that nobody can obey who does not have the whole mesh.
+/// The failure for an option that needs the whole mesh in memory.
 fn beyond_regions(option: &str) -> Failure {
     Failure::usage(format!(
         "{option} needs the whole mesh in memory, which --memory does not allow; give more, or leave it out"
     ))
 }
 
-/// Moves the bar to where the collapses are on their way to their target, says what is done after
-/// them, and asks whether to go on.
+/// Shows the progress of the collapses towards their target and the current step after them. Returns whether to
+/// continue.
 pub(crate) fn show(bar: &ProgressBar, now: &Progress) -> ControlFlow<()> {
     let Progress { faces_before, faces, face_target, .. } = *now;
     if now.phase != Phase::Collapse {

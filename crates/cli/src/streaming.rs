@@ -1,4 +1,4 @@
-//! Meshes larger than memory that are streamed: read to disk, measured, written.
+//! Streaming of meshes larger than memory: reading to disk, measuring, writing.
 
 use std::ffi::OsStr;
 use std::io::{BufWriter, Write};
@@ -62,8 +62,8 @@ impl Streaming {
         Ok(scratch)
     }
 
-    /// Reads the input of a task whose output, if there is one, is written as a stream. The scratch folder has to live as
-    /// long as the mesh.
+    /// Reads the input of a task as a stream. Refuses an output that cannot be written as a stream. The scratch folder
+    /// must outlive the mesh.
     pub(crate) fn disk_mesh_of(
         &self,
         task: &Task,
@@ -82,7 +82,7 @@ impl Streaming {
         Ok((disk_mesh, scratch))
     }
 
-    /// Reads a file as a stream, and says what was left out.
+    /// Reads a file as a stream, and reports what was omitted.
     pub(crate) fn disk_mesh(
         &self,
         scratch: &ScratchFolder,
@@ -134,7 +134,7 @@ fn check_format(output: &Path, options: &SaveOptions) -> Result<Format, Failure>
     }
 }
 
-/// Writes the output, if there is one, and says what the format cannot hold.
+/// Writes the output, if there is one, and reports what the format cannot hold.
 pub(crate) fn save(
     disk_mesh: &DiskMesh,
     task: &Task,

@@ -1,4 +1,4 @@
-//! What most commands share: a mesh comes in, a file goes out, and a report is printed.
+//! The common steps of most commands: read a mesh, write a file, print a report.
 
 use std::path::{Path, PathBuf};
 
@@ -22,17 +22,17 @@ pub(crate) struct Source {
     pub(crate) loading: Loading,
 }
 
-/// One of the files of a run: what is read, and where the result goes.
+/// One of the files of a run: the input, and the place of the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Task {
     pub(crate) input: PathBuf,
     pub(crate) output: Option<PathBuf>,
-    /// Whether the folder of the output is made if it is not there.
+    /// Whether the folder of the output is made if it does not exist.
     pub(crate) makes_folder: bool,
 }
 
 impl Task {
-    /// Reads the mesh, the parts of split vertices joined; see [`Loading::load`].
+    /// Reads the mesh and joins the parts of split vertices; see [`Loading::load`].
     pub(crate) fn load(
         &self,
         loading: &Loading,
@@ -75,7 +75,7 @@ impl Task {
     }
 }
 
-/// The keys that the reports of all commands begin and end with.
+/// The first and last keys of the reports of all commands.
 #[derive(Serialize)]
 pub(crate) struct Report<T> {
     command: String,
@@ -89,20 +89,20 @@ pub(crate) struct Report<T> {
     pub(crate) seconds: Seconds,
 }
 
-/// What a command has to say about one file.
+/// The report of a command about one file.
 #[derive(Debug)]
 pub(crate) struct Done {
-    /// For programs; empty unless asked for.
+    /// As JSON; empty unless asked for.
     pub(crate) json: String,
-    /// For people.
+    /// As text.
     pub(crate) text: String,
-    /// The same in a few words, for a table.
+    /// In a few words, for a table.
     pub(crate) brief: String,
     pub(crate) seconds: f64,
 }
 
 impl<T> Report<T> {
-    /// The report of a command on a file with so many vertices and faces.
+    /// The report of a command on a file with these numbers of vertices and faces.
     pub(crate) fn new(
         console: &Console,
         input: &Path,
@@ -115,19 +115,19 @@ impl<T> Report<T> {
         Self { command, input, output: None, vertices, faces, results, seconds: seconds.summed() }
     }
 
-    /// With the file that was written.
+    /// With the name of the written file.
     pub(crate) fn with_output(self, output: &Path) -> Self {
         Self { output: Some(output.display().to_string()), ..self }
     }
 
-    /// What the report is about, for a line of text: the output if there is one.
+    /// The subject of a line of text: the output if there is one, else the input.
     pub(crate) fn subject(&self) -> String {
         printable(self.output.as_deref().unwrap_or(&self.input))
     }
 }
 
 impl<T: Serialize> Report<T> {
-    /// The report as it is printed: a text, or in a few words.
+    /// The report in its printed forms: a text, and a few words.
     pub(crate) fn done(
         &self,
         console: &Console,

@@ -1,24 +1,22 @@
-//! What strangers' files and names may say to a terminal: letters, and no commands.
+//! Safe output of foreign text on a terminal: letters, and no control sequences.
 
 use std::fmt::{self, Display, Write};
 
-/// Shows a text with control characters, and those that reorder the letters around them, spelled
-/// out: names in files may hold anything.
+/// Escapes control characters and characters that reorder the text around them: names in files may contain anything.
 pub(crate) fn printable(text: impl Display) -> String {
     let mut shown = Escaped { text: String::new(), keep_lines: false };
     let _ = write!(shown, "{text}");
     shown.text
 }
 
-/// As [`printable`], for texts of several lines of our own that hold nothing of a file.
+/// As [`printable`], for our own texts of several lines.
 pub(crate) fn printable_lines(text: impl Display) -> String {
     let mut shown = Escaped { text: String::new(), keep_lines: true };
     let _ = write!(shown, "{text}");
     shown.text
 }
 
-/// The same for a JSON text, in which such characters are parts of strings and have an escape of their
-/// own.
+/// As [`printable`], for a JSON text. Such characters are inside strings there, and JSON has its own escape for them.
 pub(crate) fn printable_json(json: &str) -> String {
     if json.chars().all(is_harmless) {
         return json.to_owned();
@@ -53,7 +51,7 @@ impl Write for Escaped {
     }
 }
 
-/// Whether a character is shown as itself and changes nothing else.
+/// Whether a character is shown as itself and does not affect others.
 fn is_harmless(c: char) -> bool {
     let reorders = matches!(c,
         '\u{061C}' | '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FEFF}');

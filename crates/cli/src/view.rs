@@ -1,4 +1,4 @@
-//! Pages to look at: what a command did, as one HTML file.
+//! Pages that show the result of a command, as one HTML file.
 
 use std::fs::File;
 use std::io::Read;
@@ -58,7 +58,7 @@ impl Look {
     }
 }
 
-/// Whether a file is a page that this program made.
+/// Whether a file is a page made by this program.
 pub(crate) fn is_page(path: &Path) -> std::io::Result<bool> {
     let mut head = Vec::new();
     File::open(path)?.take(1024).read_to_end(&mut head)?;
@@ -99,7 +99,7 @@ pub(crate) fn embedded_files(page: &Page) -> Vec<&str> {
     names
 }
 
-/// Says which files are on a page, and which pictures are not.
+/// Reports which files are on a page, and which pictures are not.
 fn say_pictures(page: &Page, console: &Console) {
     let names = embedded_files(page);
     if !names.is_empty() {
@@ -110,12 +110,12 @@ fn say_pictures(page: &Page, console: &Console) {
     say_left_out(materials.flat_map(|materials| &materials.left_out), console);
 }
 
-/// Says which pictures were left out, each name once.
+/// Reports which pictures were omitted, each name once.
 pub(crate) fn say_left_out<'p>(
     left_out: impl IntoIterator<Item = &'p (String, PictureError)>,
     console: &Console,
 ) {
-    /// More than these are counted only.
+    /// Only this number of names is printed.
     const MOST_NAMES: usize = 8;
     let mut left_out: Vec<&(String, PictureError)> = left_out.into_iter().collect();
     left_out.sort_by(|a, b| a.0.cmp(&b.0));
@@ -134,7 +134,7 @@ pub(crate) fn mesh(name: &str, mesh: &TriMesh) -> Exhibit {
     Exhibit::of_mesh(name, mesh)
 }
 
-/// What a file holds.
+/// The content of a file.
 pub(crate) fn content(
     name: &str,
     path: &Path,
@@ -153,12 +153,12 @@ pub(crate) fn distance_field(exhibit: &Exhibit, to: &Surface) -> Field {
     }
 }
 
-/// Both principal directions of the vertices, not seen at first.
+/// Both principal directions of the vertices, initially hidden.
 pub(crate) fn principal_directions(mesh: &TriMesh) -> Vec<Directions> {
     directions(&principal_frames(mesh))
 }
 
-/// The directions of these frames, not seen at first.
+/// These directions, initially hidden.
 pub(crate) fn directions(frames: &VertexMap<Option<PrincipalFrame>>) -> Vec<Directions> {
     let vectors = |of: fn(&PrincipalFrame) -> DVec3| {
         frames.as_slice().iter().map(|frame| frame.as_ref().map(of)).collect()

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 /// Holes listed one by one; further ones are only counted.
 const LISTED: usize = 8;
 
-/// A written file as a reader finds it. Vertices at equal positions are joined in formats that split vertices: STL,
+/// A written file as a reader sees it. Vertices at equal positions are joined in formats that split vertices: STL,
 /// glTF, and OBJ with texture coordinates or normals.
 #[derive(Serialize)]
 pub(crate) struct Written {
@@ -35,13 +35,13 @@ pub(crate) struct Written {
 #[derive(Serialize)]
 pub(crate) struct Hole {
     edges: usize,
-    /// A vertex of it.
+    /// One of its vertices.
     at: [f64; 3],
     why: String,
 }
 
 impl Written {
-    /// Reads a file that was just written and judges it.
+    /// Reads a file that was just written and evaluates it.
     pub(crate) fn judge(
         path: &Path,
         format: Option<Format>,

@@ -56,17 +56,17 @@ fn tube(around: u32, along: u32) -> Model {
     }
 }
 
-/// What is to be kept of a texture.
+/// Properties of a texture layout that are to be preserved.
 #[derive(Debug, PartialEq)]
 struct Layout {
-    /// Pieces of the surface without a border of chart or material inside.
+    /// Connected pieces of the surface without a border of a chart or material inside.
     charts: usize,
     boundary_edges: usize,
-    /// Faces that lie the other way round in the texture than most of the area of their chart.
+    /// Faces with opposite orientation in the texture to most of the area of their chart.
     folded: usize,
 }
 
-/// The triangles of a model over vertices that are one where they are at one place.
+/// The triangles of a model after an exact weld.
 fn joined(model: &Model) -> Vec<[u32; 3]> {
     let target = weld_exact(model.soup.positions());
     let triangle = |face: &[u32]| <[u32; 3]>::try_from(face).unwrap().map(|v| target[v as usize]);
@@ -168,7 +168,7 @@ fn a_textured_glb_stays_one_with_its_seams_closed() {
         assert_eq!(result.materials.len(), 2);
         let found = layout(&result);
         assert_eq!(found.charts, 2, "{more:?}: {found:?}");
-        // Without any weight nothing looks at the texture.
+        // Without any weight the texture is ignored.
         assert!(found.folded == 0 || more.contains(&"0"), "{more:?}: {found:?}");
         // Only the two ends of the tube are open.
         let open = found.boundary_edges;
@@ -178,11 +178,11 @@ fn a_textured_glb_stays_one_with_its_seams_closed() {
             let p = result.soup.positions()[v as usize];
             let [u, v] = uv.map(f64::from);
             let angle = (p.y.atan2(p.x) / TAU).rem_euclid(1.0);
-            // At the cut, both 0 and 1 are right.
+            // At the cut, both 0 and 1 are correct.
             let off = (u - angle).abs().min((u - angle - 1.0).abs()).min((u - angle + 1.0).abs());
             assert!(off < 0.02 && (v - p.z / 24.0).abs() < 0.02, "{uv:?} at {p}");
         }
-        // No face runs back over the whole picture from one side of the cut to the other.
+        // No face spans the whole picture from one side of the cut to the other.
         for [a, b, c] in uvs.as_chunks::<3>().0 {
             let widths = [a[0] - b[0], b[0] - c[0], c[0] - a[0]].map(f32::abs);
             assert!(widths.iter().all(|&w| w < 0.5), "{a:?} {b:?} {c:?}");
@@ -232,7 +232,7 @@ fn texture_coordinates_that_are_linear_stay_so() {
     }
 }
 
-/// Normals are of unit length, on the outside, and break where those of a box do.
+/// Normals have unit length, point outward, and are discontinuous at the creases of a box.
 #[test]
 fn normals_follow_the_surface_and_keep_creases() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The documentation stays true: its commands run, its links lead somewhere, its tables agree.
+//! The documentation is correct: its commands run, its links have targets, its tables agree.
 //!
 //! Each page has a folder with small generated meshes, in which its `sh` blocks run line by line. With
 //! `CURVMESH_BOOK=rewrite` the pictures that a page makes replace the pictures that it shows, and
@@ -19,7 +19,7 @@ use mesh_shapes::{Saddle, Sphere, Torus, polyhedra};
 
 const TORUS: Torus = Torus { major: 5.0, minor: 2.0 };
 
-/// A cube without its top, with one face twice and one face inside out.
+/// A cube without its top, with one duplicate face and one reversed face.
 const BROKEN: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
                       f 4 3 2 1\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 1 4 8 5\n";
 
@@ -58,7 +58,7 @@ fn truck() -> Model {
     Model { corner_uvs: Some(uvs), ..Model::from(soup) }
 }
 
-/// The files that the commands name.
+/// The files that the commands use.
 fn files(folder: &Path) {
     let file = |name: &str| folder.join(name);
     for name in ["scan.ply", "huge.ply", "huge.stl"] {
@@ -85,7 +85,7 @@ fn search_path() -> OsString {
     path
 }
 
-/// Runs the commands of a page, and says how many there are.
+/// Runs the commands of a page, and returns their number.
 fn run(page: &Path) -> usize {
     let text = fs::read_to_string(page).unwrap();
     let lines: Vec<&str> = text
@@ -120,7 +120,7 @@ fn is_rewriting() -> bool {
     std::env::var_os("CURVMESH_BOOK").is_some_and(|wish| wish == "rewrite")
 }
 
-/// What the links and pictures of a page lead to, without what is behind `#`.
+/// The targets of the links and pictures of a page, without the part after `#`.
 fn targets(text: &str) -> Vec<&str> {
     let code_free = text.split("```").step_by(2);
     code_free
@@ -173,7 +173,7 @@ fn the_summary_lists_every_page() {
     }
 }
 
-/// Appends the help of a command and of the commands below it.
+/// Appends the help of a command and its subcommands.
 fn push_help(page: &mut String, command: &[&str]) {
     let mut program = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
     let output = program.args(command).arg("--help").env("COLUMNS", "100").output().unwrap();
@@ -243,7 +243,7 @@ fn vertices_are_followed() {
     assert!(result.vertex_map.iter().all(|(_, new)| new.is_some()));
 }
 
-/// What `docs/questions.md` says of the report of a run that cannot reach its target.
+/// The statement of `docs/questions.md` about the report of a run that cannot reach its target.
 #[test]
 fn a_run_that_stops_early_says_why() {
     let folder = tempfile::tempdir().unwrap();

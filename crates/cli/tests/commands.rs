@@ -1,4 +1,4 @@
-//! The commands on small generated meshes: results, exit codes, and what stays whole on failure.
+//! The commands on small generated meshes: results, exit codes, and files that stay unchanged on failure.
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
 use std::path::Path;
@@ -84,8 +84,8 @@ fn flip_reaches_the_published_triangulation() {
     assert_eq!((&info["closed"], &info["euler_characteristic"]), (&true.into(), &0.into()));
 }
 
-/// Two texture charts on a bumpy grid: after flips each corner still has the coordinate that its
-/// chart gives to its vertex.
+/// Two texture charts on a bumpy grid: after flips, each corner still has the texture coordinate of its vertex in its
+/// chart.
 #[test]
 fn flip_keeps_texture_seams_and_coordinates() {
     let cells = 8_u32;
@@ -191,14 +191,14 @@ fn json_is_the_only_thing_on_stdout() {
     assert!(quiet.status.success() && quiet.stderr.is_empty());
 }
 
-/// An output that cannot be finished leaves the file that was there.
+/// An output that cannot be completed leaves the existing file.
 #[test]
 fn a_failed_write_leaves_the_old_file_whole() {
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("old.ply");
     write(polyhedra::tetrahedron(), &target);
     let before = std::fs::read(&target).unwrap();
-    // A coordinate beyond 32 bits cannot go into a file that is told to be of single precision.
+    // A coordinate beyond 32 bits cannot be written in single precision.
     let huge = folder.path().join("huge.obj");
     std::fs::write(&huge, "v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let (status, message) = code(&[
@@ -230,7 +230,7 @@ fn trap_17_the_bytes_do_not_depend_on_threads() {
     assert!(one == bytes("2") && one == bytes("8"));
 }
 
-/// Said before anything is read: the input is not there either.
+/// The missing folder is reported before the input is read, which does not exist either.
 #[test]
 fn a_folder_that_is_not_there_is_named_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
@@ -253,7 +253,7 @@ fn a_folder_that_is_not_there_is_named_before_any_work() {
     assert!(!message.contains("there is no folder"), "{message}");
 }
 
-/// A disk that is full after some bytes, by a limit on the size of files.
+/// A disk that becomes full, simulated by a limit on the size of files.
 #[test]
 #[cfg(unix)]
 fn a_full_disk_leaves_the_old_file_whole() {

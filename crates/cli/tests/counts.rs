@@ -1,10 +1,11 @@
-//! Every option that is a count has an upper bound, or ends at once whatever it is.
+//! Every option that is a count has an upper bound, or any value ends at once.
 #![allow(clippy::unwrap_used)]
 
 use crate::common::{code, write};
 use mesh_shapes::Torus;
 
-/// Without a bound, these runs start as many threads, take as much memory or make as many rounds as they are told.
+/// Without a bound, these runs would start any number of threads, take any amount of memory or make any number of
+/// rounds.
 #[test]
 fn counts_beyond_their_bounds_are_refused() {
     let folder = tempfile::tempdir().unwrap();

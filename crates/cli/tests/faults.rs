@@ -1,5 +1,4 @@
-//! Disks that are full and programs that are killed, in the middle of writing every format: each
-//! file is the old one or the new one.
+//! Full disks and killed programs in the middle of writing, for every format: each file is the old one or the new one.
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
@@ -52,7 +51,7 @@ struct Case {
     arguments: Vec<&'static str>,
     old: Files,
     new: Files,
-    /// How long a run takes.
+    /// The duration of a run.
     time: Duration,
 }
 
@@ -97,7 +96,7 @@ impl Case {
         command
     }
 
-    /// Puts the files of the earlier run back.
+    /// Restores the files of the earlier run.
     fn reset(&self) {
         std::fs::remove_dir_all(self.folder()).unwrap();
         std::fs::create_dir(self.folder()).unwrap();
@@ -106,8 +105,8 @@ impl Case {
         }
     }
 
-    /// Asserts that every file is the old one or the new one; how many are new, and how many others
-    /// there are.
+    /// Asserts that every file is the old one or the new one. Returns the number of new files and the number of other
+    /// files.
     fn check(&self, when: &str) -> (usize, usize) {
         let found = content(&self.folder());
         for (name, old) in &self.old {
@@ -119,7 +118,7 @@ impl Case {
         (found.iter().filter(|(name, is)| self.new.get(*name) == Some(*is)).count(), strays.count())
     }
 
-    /// Runs with files limited to so many blocks of 512 bytes; whether that was enough.
+    /// Runs with files limited to this number of blocks of 512 bytes. Returns whether that was enough.
     fn on_a_full_disk(&self, blocks: usize) -> bool {
         self.reset();
         let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\"");
@@ -133,12 +132,12 @@ impl Case {
         }
         assert_eq!(output.status.code(), Some(1), "{when}");
         assert!(said(&output).contains("cannot write"), "{when}");
-        // All are whole before the first is replaced.
+        // All are complete before the first is replaced.
         assert_eq!(new, 0, "{when}");
         false
     }
 
-    /// Runs and sends a signal after a part of the usual time.
+    /// Runs and sends a signal after a share of the usual time.
     fn with_signal(&self, signal: &str, part: f64) {
         self.reset();
         let mut run = self.command(&[]).spawn().unwrap();
@@ -164,7 +163,7 @@ impl Case {
         // Some shells count blocks of 1024 bytes.
         assert!(self.on_a_full_disk(2 * blocks + 2));
         for step in 0..24 {
-            // Writing is towards the end of a run.
+            // Files are written near the end of a run.
             let part = 0.3 + 0.8 * f64::from(step) / 24.0;
             self.with_signal("-KILL", part);
             if step % 2 == 0 {
@@ -220,7 +219,7 @@ fn companions_of_others_are_replaced_only_when_asked() {
     assert_eq!(content(folder.path()).len(), 4);
 }
 
-/// A mesh that is fine in 64 bits.
+/// A mesh that is valid in 64 bits.
 #[test]
 fn coordinates_that_the_format_cannot_hold_end_in_exit_4() {
     let folder = tempfile::tempdir().unwrap();

@@ -16,12 +16,12 @@ fn is_set(set: &str, process: u32, signal: u32) -> bool {
     u64::from_str_radix(mask.trim(), 16).unwrap() & (1 << (signal - 1)) != 0
 }
 
-/// Whether a process has taken SIGINT and SIGTERM, 2 and 15, into its own hands.
+/// Whether a process handles SIGINT and SIGTERM, 2 and 15.
 fn catches_signals(process: u32) -> bool {
     [2, 15].into_iter().all(|signal| is_set("SigCgt:", process, signal))
 }
 
-/// Starts a run and sends it Ctrl-C as soon as it can be interrupted, and is ready.
+/// Starts a run and sends it Ctrl-C once it can be interrupted and is ready.
 fn interrupted(
     arguments: &[&str],
     files: [&Path; 2],
@@ -30,7 +30,7 @@ fn interrupted(
     signalled("INT", arguments, files, is_ready)
 }
 
-/// Starts a run and sends it a signal as soon as it can be interrupted, and is ready.
+/// Starts a run and sends it a signal once it can be interrupted and is ready.
 fn signalled(
     signal: &str,
     arguments: &[&str],
@@ -88,7 +88,7 @@ fn an_interrupted_run_leaves_nothing_behind() {
     assert_eq!(std::fs::read_to_string(output).unwrap(), "what was there before");
 }
 
-/// The folder of a mesh that passes by is removed too.
+/// The folder of a streamed mesh is removed too.
 #[test]
 fn an_interrupted_stream_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
@@ -98,7 +98,7 @@ fn an_interrupted_stream_leaves_nothing_behind() {
         let mut entries = std::fs::read_dir(folder.path()).unwrap();
         entries.any(|entry| entry.unwrap().path().join("mesh").exists())
     };
-    // Under `nohup` the program leaves the hang-up ignored.
+    // Under `nohup` the program keeps ignoring the hang-up signal.
     let hang_up = (!is_set("SigIgn:", std::process::id(), 1)).then_some(("HUP", 129));
     for (signal, expected) in [("INT", 130), ("TERM", 143)].into_iter().chain(hang_up) {
         let arguments = ["curvature", "--memory", "31MiB"];

@@ -1,4 +1,4 @@
-//! Meshes that are larger than the memory they may take.
+//! Meshes that exceed the memory limit.
 #![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ fn in_one_go_step_by_step_and_killed_in_between_is_the_same() {
     let mut plan = json(&[&split[..], &TARGET[..]].concat());
     while plan["next"] == "pass" {
         let level = plan["level"].as_u64().unwrap();
-        // In any order, and in parts.
+        // In any order, and in shards.
         for shard in ["2/3", "3/3", "1/3", "2/3"] {
             let level = level.to_string();
             json(&["region", "reduce", text(&work), "--level", &level, "--shard", shard]);
@@ -49,7 +49,7 @@ fn in_one_go_step_by_step_and_killed_in_between_is_the_same() {
     json(&["region", "finish", text(&work), "-o", text(&steps)]);
     assert!(bytes == std::fs::read(&steps).unwrap());
 
-    // Killed again and again, later each time.
+    // Killed repeatedly, later each time.
     let go_on =
         [&["simplify", text(&input), "-o", text(&killed), "--resume"], &TARGET[..]].concat();
     for round in 1..6 {
@@ -95,7 +95,7 @@ fn what_needs_the_whole_mesh_is_wrong_usage() {
         "1MiB",
     ]);
     assert!(least == 2 && message.contains("allow at least"), "{message}");
-    // A mesh that fits is done as without the option.
+    // A mesh that fits is simplified as without the option.
     for (name, memory) in [("a.ply", None), ("b.ply", Some("1G"))] {
         let there = folder.path().join(name);
         let mut arguments = vec!["simplify", text(&input), "-o", text(&there), "--ratio", "0.02"];
@@ -104,10 +104,10 @@ fn what_needs_the_whole_mesh_is_wrong_usage() {
     }
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("a.ply") == read("b.ply"));
-    // Neither is a folder with other files taken.
+    // A folder with other files is refused as well.
     let run = [&["simplify", text(&input), "-o", text(&output)], &TARGET[..]].concat();
     assert_eq!(code(&[&run[..], &["--work-dir", text(folder.path())]].concat()).0, 2);
-    // A folder of another run stays what it is.
+    // A folder of another run is not changed.
     assert_eq!(code(&[&run[..], &["--work-dir", text(&work)]].concat()).0, 0);
     assert_eq!(code(&[&run[..], &["--work-dir", text(&work)]].concat()).0, 2);
     assert_eq!(code(&[&run[..], &["--work-dir", text(&work), "--resume"]].concat()).0, 0);
@@ -135,7 +135,7 @@ fn strangers_files_are_refused_as_ever() {
     for (name, content, expected) in cases {
         let input = folder.path().join(name);
         std::fs::write(&input, content).unwrap();
-        // By the steps, which never do it in one piece.
+        // With the single steps, which always use regions.
         let work = folder.path().join("work");
         let split = ["region", "split", text(&input), "-w", text(&work), "--faces", "1"];
         let (code, message) = code(&[&split[..], &["--memory", "64MiB", "--strict"]].concat());
@@ -145,7 +145,7 @@ fn strangers_files_are_refused_as_ever() {
     }
 }
 
-/// The most memory that a run had in the real store, as the system counts it.
+/// The peak of the resident memory of a run, as the system counts it.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_run_stays_within_its_memory() {
@@ -211,11 +211,11 @@ fn a_result_that_does_not_fit_is_finished_in_parts_and_as_tiles() {
         list["tiles"].as_array().unwrap().iter().map(|tile| tile[key].as_u64().unwrap()).sum()
     };
     assert_eq!(sum("faces"), faces);
-    // Vertices on common rims are in several tiles.
+    // Vertices on common borders are in several tiles.
     let info = json(&["info", text(&steps)]);
     assert!(sum("vertices") > info["vertices"].as_u64().unwrap());
     assert_eq!((&info["euler_characteristic"], &info["closed"]), (&0.into(), &true.into()));
-    // There is nothing to do without a place for it.
+    // Without an output there is nothing to do.
     assert_eq!(code(&["region", "finish", text(&work)]).0, 2);
     let cell = apart.to_string();
     assert_eq!(code(&["region", "finish", text(&work), "--cell", &cell]).0, 2);
@@ -284,7 +284,7 @@ fn levels_in_one_go_step_by_step_and_killed_in_between_are_the_same() {
         let list: serde_json::Value = serde_json::from_str(&list).unwrap();
         assert_eq!(list["faces"], faces["faces"]);
     }
-    // What is done is there, whatever was removed of what was in between.
+    // The result is complete, even after intermediate files were removed.
     assert_eq!(json(&["region", "plan", text(&work)])["level"].to_string(), last);
     json(&[
         "lod",
@@ -327,7 +327,7 @@ fn levels_that_need_the_whole_mesh_are_wrong_usage() {
         &["--faces", "90", "--attribute-weight", "1"],
         &["--faces", "90", "--lock-boundary"],
         &["--faces", "90", "--tiles", "--precision", "single"],
-        // Known once the file is split.
+        // Detected only after the file is split.
         &["--levels", "0.5,0.1", "--to", "obj"],
     ] {
         let (code, message) = code(&[&lod[..], more].concat());
@@ -350,7 +350,7 @@ fn levels_that_need_the_whole_mesh_are_wrong_usage() {
     {
         assert_eq!(code(&[&split[..], more].concat()).0, 2, "{more:?}");
     }
-    // What fits is as without the option, and tiles of it are one.
+    // A mesh that fits gives the same levels as without the option, and with tiles each level is a single tile.
     let [a, b, c] = ["a", "b", "c"].map(|name| folder.path().join(name));
     for (to, memory) in
         [(&a, &[][..]), (&b, &["--memory", "1G"]), (&c, &["--memory", "1G", "--tiles"])]

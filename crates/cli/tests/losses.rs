@@ -1,4 +1,4 @@
-//! What a command loses is in its report and on stderr; labels stay labels.
+//! Losses of a command are in its report and on stderr; labels stay labels.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
@@ -23,7 +23,7 @@ fn out(folder: &Path, name: &str) -> String {
     folder.join(name).to_str().unwrap().to_owned()
 }
 
-/// What is lost by reading, by writing or by the command.
+/// The content lost by reading, by writing or by the command.
 fn lost(report: &serde_json::Value, by: &str) -> Vec<String> {
     let all = report["lost"].as_array().unwrap();
     let of = all.iter().filter(|lost| lost["by"] == by);
@@ -44,7 +44,7 @@ fn losses_are_in_the_report_and_on_stderr() {
     let (status, said) = code(&["convert", &obj, "-o", &out(folder, "b.stl")]);
     assert_eq!(status, 0);
     assert!(said.contains("lost lines (1)") && said.contains("lost corner normals"), "{said}");
-    // What a command itself leaves out.
+    // Content that the command itself omits.
     let report = json(&["subdivide", &obj, "-o", &out(folder, "a.glb")]);
     assert!(lost(&report, "subdivide").contains(&"normals".to_owned()), "{report}");
     // A report of a command that writes has the list, even when it is empty.

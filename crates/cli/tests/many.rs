@@ -12,7 +12,7 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// A folder of five meshes, one of them below, one broken, and something else.
+/// A folder with five meshes, one of them in a subfolder and one broken, and another file.
 fn scans(folder: &Path) -> PathBuf {
     let scans = folder.join("scans");
     std::fs::create_dir_all(scans.join("below")).unwrap();
@@ -24,7 +24,7 @@ fn scans(folder: &Path) -> PathBuf {
     scans
 }
 
-/// Runs with `--json` and returns the objects of the files and of all.
+/// Runs with `--json` and returns the objects of the files and the summary.
 fn lines(arguments: &[&str], expected: i32) -> (Vec<Value>, Value) {
     let output = curvmesh(&[arguments, &["--json"]].concat());
     let said = String::from_utf8_lossy(&output.stderr);
@@ -109,7 +109,7 @@ fn resuming_does_what_is_left() {
     let (_, summary) = lines(&arguments, 0);
     assert_eq!((&summary["done"], &summary["passed_over"]), (&4.into(), &0.into()));
     std::fs::remove_file(out.join("b.ply")).unwrap();
-    // An input that has changed since.
+    // An input that was changed after the run.
     let changed = std::fs::File::options().append(true).open(scans.join("d.obj")).unwrap();
     changed.set_modified(SystemTime::now() + Duration::from_secs(9)).unwrap();
     let (files, summary) = lines(&arguments, 0);
@@ -158,12 +158,12 @@ fn names_that_would_collide_are_refused_before_any_work() {
     let empty = folder.path().join("empty");
     std::fs::create_dir(&empty).unwrap();
     assert_eq!(code(&["flip", "--cost", "f2", text(&empty)]).0, 3);
-    // A file that is not there is one of many.
+    // A missing file is an error of this file only.
     let (files, summary) = lines(&["flip", "--cost", "f2", &a, &path("none.ply")], 4);
     assert_eq!((&summary["done"], &files[1]["error"]["code"]), (&1.into(), &"unreadable".into()));
 }
 
-/// A folder inside of the input is no input when the results go there.
+/// An output folder inside the input folder is not read.
 #[test]
 fn results_are_not_read_again() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Meshes that are no oriented 2-manifold, by commands that need one.
+//! Meshes that are no oriented 2-manifold, with commands that need one.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
@@ -7,7 +7,7 @@ use mesh_shapes::Torus;
 
 use crate::common::{code, curvmesh, json, write};
 
-/// A defect of each kind, and how the message names its repair.
+/// A defect of each kind, and the name of its repair in the message.
 const DEFECTS: [(&str, &str, &str); 6] = [
     (
         "duplicate face",
@@ -41,7 +41,7 @@ const DEFECTS: [(&str, &str, &str); 6] = [
     ),
 ];
 
-/// Every command that needs a manifold, as a newcomer types it.
+/// Every command that needs a manifold, in its simplest form.
 fn commands(input: &str, folder: &Path) -> Vec<Vec<String>> {
     let out = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let words = |words: &[&str]| words.iter().map(|&word| word.to_owned()).collect::<Vec<_>>();
@@ -88,7 +88,7 @@ fn the_report_lists_the_repairs() {
     assert_eq!((&repair["count"], &repair["file"]), (&1.into(), &input.into()));
 }
 
-/// What cannot be repaired without a guess is refused.
+/// Defects that cannot be repaired without a guess are refused.
 #[test]
 fn a_face_without_its_vertex_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +100,7 @@ fn a_face_without_its_vertex_is_refused() {
     }
 }
 
-/// A mesh that needs no repair has the same result with and without `--strict`, and no message.
+/// A valid mesh has the same result with and without `--strict`, and no message.
 #[test]
 fn a_sound_mesh_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
@@ -139,7 +139,7 @@ fn counts_and_shares_are_read_as_people_write_them() {
     assert!(message.contains("half of the faces"), "{message}");
 }
 
-/// Without `-o`, the page goes beside the input; another file of that name stays.
+/// Without `-o`, the page is written beside the input; another file of that name is kept.
 #[test]
 fn a_page_goes_beside_its_mesh() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `curvmesh patch` and `curvmesh curvature --estimator face` on shapes whose curvature is known.
+//! `curvmesh patch` and `curvmesh curvature --estimator face` on shapes with known curvature.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::Path;
@@ -74,7 +74,7 @@ fn a_cover_becomes_triangles_that_lie_near_the_surface() {
     assert!((largest + 1.0 - number(&report, "patches")).abs() < 0.5);
     let residual = patches.iter().filter(|&&patch| patch < 0.0).count();
     assert!((residual as f64 - uncovered).abs() < 0.5);
-    // Tolerance, sag of the original facets, and half a tolerance for cutting up the patches.
+    // Tolerance, sag of the original facets, and half a tolerance for cutting the patches into triangles.
     for p in model.soup.positions() {
         let ring = DVec3::new(p.x, p.y, 0.0).normalize() * TORUS.major;
         assert!((p.distance(ring) - TORUS.minor).abs() < 0.1, "{p}");
@@ -234,7 +234,7 @@ fn face_curvature_goes_to_faces_or_to_the_mean_of_vertices() {
     assert_eq!(model.vertex_colors.as_ref().map(Vec::len), Some(2562));
 }
 
-/// A saddle has a boundary, which is counted, and its shape index is about zero inside.
+/// A saddle has a boundary, whose effect is counted, and its shape index is about zero inside.
 #[test]
 fn face_curvature_says_where_sections_are_cut_off() {
     let folder = tempfile::tempdir().unwrap();

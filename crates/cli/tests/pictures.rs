@@ -34,7 +34,7 @@ fn png(path: &Path, [width, height]: [u32; 2]) {
     image::RgbImage::from_fn(width, height, color).save(path).unwrap();
 }
 
-/// Nobody mails a private file with a page.
+/// A page never contains private files.
 #[test]
 fn a_page_holds_no_files_but_pictures_and_names_them() {
     let folder = tempfile::tempdir().unwrap();
@@ -64,7 +64,7 @@ fn a_page_holds_no_files_but_pictures_and_names_them() {
     assert!(output.status.success() && messages.contains("notes.png"), "{messages}");
 }
 
-/// One content is on a page once, and a size that the file does not account for is not decoded.
+/// The same content is stored once on a page, and a picture larger than its file justifies is not decoded.
 #[test]
 fn pages_and_pictures_take_no_more_than_their_files() {
     let folder = tempfile::tempdir().unwrap();
@@ -77,7 +77,7 @@ fn pages_and_pictures_take_no_more_than_their_files() {
     assert!(run(folder.path(), &["view", "in.obj", "-o", "page.html"]).status.success());
     let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
     assert_eq!(page.matches(&base64(&bytes)).count(), 1);
-    // A header that states 30,000 by 30,000 pixels, with the checksum that fits.
+    // A header that states 30,000 by 30,000 pixels, with a correct checksum.
     let mut lying = bytes.clone();
     lying[16..24].copy_from_slice(&[30_000_u32.to_be_bytes(); 2].concat());
     let checksum = crc(&lying[12..29]);

@@ -1,5 +1,4 @@
-//! `curvmesh curvature --estimator fit` and `ball` on a torus, whose principal curvatures and directions are
-//! known.
+//! `curvmesh curvature --estimator fit` and `ball` on a torus with known principal curvatures and directions.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::path::Path;
@@ -28,8 +27,8 @@ fn numbers(model: &Model, name: &str) -> Vec<f64> {
         .into_owned()
 }
 
-/// The two curvatures at a point of the torus, and the directions of the circles there: the small one,
-/// then the one round the axis.
+/// The two curvatures at a point of the torus, and the directions of the circles there: the small circle, then the
+/// circle around the axis.
 fn expected(p: DVec3) -> ([f64; 2], [DVec3; 2]) {
     let outward = DVec3::new(p.x, p.y, 0.0).normalize();
     let cosine = (p - TORUS.major * outward).normalize().dot(outward);
@@ -81,8 +80,8 @@ fn fitted_surfaces_give_the_curvatures_and_directions_of_a_torus() {
     is_principal("fit", 0.02);
 }
 
-/// Balls average over what they hold: four mean edges, the default, are half the radius of the tube, and
-/// where the curvature changes most, inside the hole, they round off a fifth of it.
+/// Balls average over their content. Four mean edges, the default, are half the radius of the tube. Inside the hole,
+/// where the curvature changes most, the average is lower by a fifth.
 #[test]
 fn balls_give_the_curvatures_and_directions_of_a_torus() {
     is_principal("ball", 0.2);

@@ -7,7 +7,7 @@ use crate::common::{curvmesh, files, json, models, name};
 /// glTF files not welded (`raw`) or vertices welded exactly (`weld`).
 const DEFECTS: &str = include_str!("defects.csv");
 
-/// Files whose counts differ on purpose; `docs/defects.md` explains each.
+/// Files whose counts differ intentionally; `docs/defects.md` explains each.
 const EXPLAINED: [&str; 9] = [
     // Instances and node transforms are expanded.
     "helicopter.glb",
@@ -66,7 +66,7 @@ fn every_file_is_understood_or_refused_with_its_place() {
         let message = String::from_utf8_lossy(&output.stderr);
         match output.status.code() {
             Some(0) => {}
-            // A file without anything in it has no place to name.
+            // An empty file has no place to name.
             Some(3) if message.contains("no vertex and no face") => {
                 json(&["info", "--allow-empty", path.to_str().unwrap()]);
             }
@@ -76,12 +76,12 @@ fn every_file_is_understood_or_refused_with_its_place() {
     }
 }
 
-/// Whatever is finite is repaired, converted to every format, and read again with the same faces.
+/// All finite meshes are repaired, converted to every format, and read again with the same faces.
 #[test]
 fn every_finite_mesh_converts_to_every_format() {
     let Some(folder) = models() else { return };
     for path in files(&folder) {
-        // A folder each: the pictures of one mesh are not there for the next to replace.
+        // Separate folders, so that the pictures of one mesh do not replace the pictures of another.
         let out = tempfile::tempdir().unwrap();
         let input = path.to_str().unwrap();
         for extension in ["obj", "ply", "stl", "off", "gltf", "glb"] {
@@ -103,8 +103,8 @@ fn every_finite_mesh_converts_to_every_format() {
     }
 }
 
-/// Flips end on every mesh whose coordinates and indices have a meaning, with a valid mesh and a cost that is no
-/// higher. No option is needed.
+/// Flips terminate on every mesh with valid coordinates and indices, with a valid mesh and a cost that is not higher.
+/// No option is needed.
 #[test]
 fn flips_end_on_every_mesh_and_lower_the_cost() {
     let Some(folder) = models() else { return };

@@ -1,4 +1,4 @@
-//! `curvmesh subdivide` and `repair` on shapes whose result is known.
+//! `curvmesh subdivide` and `repair` on shapes with known results.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -40,8 +40,8 @@ fn subdivision_comes_closer_to_the_smooth_surface() {
     }
 }
 
-/// A grid with a bump whose texture coordinates are its first two coordinates, and whose halves have
-/// materials and charts of their own.
+/// A grid with a bump. Its texture coordinates are its first two coordinates, and its halves have different materials
+/// and charts.
 #[test]
 fn subdivision_takes_textures_and_materials_along() {
     let cells = 6_u32;
@@ -93,7 +93,7 @@ fn subdivision_takes_textures_and_materials_along() {
         assert_eq!(second, centre > middle, "face {face}");
         for (p, uv) in points.iter().zip(uvs) {
             let expected = [p.x + if second { 20.0 } else { 0.0 }, p.y];
-            // The surface is that of a scheme of fourth order, the texture is linear between.
+            // The surface follows a fourth-order scheme; the texture is linear in between.
             assert!(uv.iter().zip(expected).all(|(a, b)| (f64::from(*a) - b).abs() < 0.2), "{p}");
         }
     }
@@ -103,7 +103,7 @@ fn subdivision_takes_textures_and_materials_along() {
 fn repair_makes_a_closed_manifold_of_parts() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| text(&folder.path().join(name)).to_owned();
-    // A cube of single triangles, one of them turned round, one twice, one gone.
+    // A cube of single triangles: one reversed, one duplicated, one missing.
     let cube = polyhedra::cube();
     let mut parts = PolygonSoup::new();
     for (i, face) in cube.faces().enumerate() {
@@ -141,7 +141,7 @@ fn repair_makes_a_closed_manifold_of_parts() {
     let left = json(&["repair", &path("parts.obj"), "-o", &path("open.obj"), "--fill-holes", "2"]);
     assert_eq!((&left["holes"]["filled"], &left["holes"]["left"]), (&0.into(), &1.into()));
 
-    // Named repairs are made alone.
+    // Only named repairs are made.
     let (status, message) = code(&[
         "repair",
         &path("parts.obj"),
@@ -157,7 +157,7 @@ fn repair_makes_a_closed_manifold_of_parts() {
     assert_eq!(sound["unchanged"], true);
 }
 
-/// Texture coordinates and materials of the faces round a hole go on into it.
+/// Texture coordinates and materials of the faces around a hole are continued into it.
 #[test]
 fn filled_holes_have_the_data_of_their_outline() {
     let folder = tempfile::tempdir().unwrap();
@@ -181,7 +181,7 @@ fn filled_holes_have_the_data_of_their_outline() {
     let uvs = result.corner_uvs.unwrap();
     for (uv, &v) in uvs.iter().zip(result.soup.corners()) {
         let p = result.soup.positions()[v as usize];
-        // Vertices of holes are those of the outline, so this holds in them too.
+        // Holes have the vertices of their outline, so this holds in them too.
         assert_eq!(*uv, [p.x, p.y].map(|x| x as f32));
     }
 }
@@ -205,7 +205,7 @@ fn completions_and_manual_pages_name_every_command() {
     assert!(flip.contains("look") && flip.contains("json"), "{flip}");
 }
 
-/// The faces of a soup the other way round.
+/// The faces of a soup in opposite orientation.
 fn inverted(soup: &PolygonSoup) -> PolygonSoup {
     let mut result = PolygonSoup::new();
     soup.positions().iter().for_each(|&p| result.push_vertex(p));
@@ -243,7 +243,7 @@ fn inside_out_meshes_are_reported_and_turned() {
     }
 }
 
-/// The file is judged as it was written, and open holes have a reason.
+/// The written file is evaluated, and each open hole has a reason.
 #[test]
 fn repair_judges_the_file_that_it_wrote() {
     let folder = tempfile::tempdir().unwrap();
@@ -265,7 +265,7 @@ fn repair_judges_the_file_that_it_wrote() {
     assert_eq!(status, 0, "{message}");
 }
 
-/// Two cubes that touch along an edge, debris and a hole: one command makes a file that slicers take.
+/// Two cubes that touch along an edge, debris and a hole: one command makes a file that slicers accept.
 #[test]
 fn repair_for_printing_gives_a_watertight_stl() {
     let folder = tempfile::tempdir().unwrap();
@@ -277,7 +277,7 @@ fn repair_for_printing_gives_a_watertight_stl() {
         for &p in cube.positions() {
             soup.push_vertex(p * size + DVec3::from(center));
         }
-        // The face that is missing is not at the edge where the cubes touch.
+        // The missing face is not at the edge where the cubes touch.
         for face in cube.faces().skip(12 - faces) {
             soup.push_face(&face.iter().map(|&v| v + first).collect::<Vec<_>>()).unwrap();
         }

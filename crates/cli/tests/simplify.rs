@@ -76,7 +76,7 @@ fn endpoint_placement_keeps_a_subset_of_the_vertices() {
 fn levels_have_sensible_defaults_and_go_to_a_folder_of_any_name() {
     let folder = tempfile::tempdir().unwrap();
     let levels = folder.path().join("scan.v2");
-    // Levels with fewer than 100 faces are left out, except for the first one.
+    // Levels with fewer than 100 faces are omitted, except for the first one.
     for (size, expected) in [(60, &[1800, 900, 360, 180][..]), (24, &[288, 144]), (12, &[72])] {
         let input = torus(folder.path(), size);
         let report = json(&["lod", text(&input), "-o", text(&levels)]);
@@ -137,7 +137,7 @@ fn levels_are_nested_and_a_record_replays_them_exactly() {
     std::fs::write(&record, &bytes).unwrap();
     let (status, message) = replay(&input);
     assert!(status == 3 && message.contains("ends within collapse"), "{message}");
-    // A half-edge that does not exist, and one that cannot be collapsed any more.
+    // A half-edge that does not exist, and one that can no longer be collapsed.
     for half_edge in [u32::MAX, 0] {
         for place in [28, 28 + 48] {
             bytes[place..place + 4].copy_from_slice(&half_edge.to_le_bytes());
@@ -167,7 +167,7 @@ fn one_glb_holds_all_levels() {
     assert_eq!(json(&["info", text(&output)])["faces"], 1600);
 }
 
-/// Two plates, one over the other: every distance is the offset.
+/// Two plates, one above the other: every distance is the offset.
 #[test]
 fn an_offset_copy_is_at_the_offset() {
     let folder = tempfile::tempdir().unwrap();
@@ -214,7 +214,7 @@ fn proved_bounds_hold_the_largest_sample() {
     let (lower, upper) =
         (number(&report["hausdorff"]["lower"]), number(&report["hausdorff"]["upper"]));
     let max = number(&report["max"]);
-    // A sample is rounded, so it raises the lower bound only as far as it is certified.
+    // A sample is rounded, so it raises the lower bound only up to its certified distance.
     assert!(max <= lower + 1e-12 && lower <= upper && upper - lower <= 1e-4, "{report}");
     assert!(max > lower - 1e-3, "{report}");
 }

@@ -1,4 +1,4 @@
-//! Vertices that a format splits are one vertex of the mesh, in all commands alike.
+//! Vertices that a format splits are one vertex of the mesh, in all commands.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
@@ -17,7 +17,7 @@ fn number(report: &Value, key: &str) -> f64 {
     report[key].as_f64().unwrap()
 }
 
-/// A sphere whose faces share no vertex, each corner with the normal of its face.
+/// A sphere whose faces share no vertex; each corner has the normal of its face.
 fn flat(soup: &PolygonSoup) -> Model {
     let mut apart = PolygonSoup::new();
     let mut normals = Vec::new();
@@ -35,14 +35,14 @@ fn flat(soup: &PolygonSoup) -> Model {
 fn a_flat_glb_equals_the_welded_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| text(&folder.path().join(name)).to_owned();
-    // Coordinates of 32 bits, as the GLB holds them.
+    // Coordinates in 32 bits, as in the GLB.
     let mut soup = Sphere { radius: 2.0 }.icosphere(3).unwrap();
     for p in soup.positions_mut() {
         *p = p.as_vec3().as_dvec3();
     }
     let model = flat(&soup);
     mesh_io::write(path("flat.glb"), &model, &WriteOptions::default()).unwrap();
-    // Without normals too: nothing but the format says that vertices are split.
+    // Also without normals: only the format tells that vertices are split.
     let bare = Model { corner_normals: None, ..model };
     mesh_io::write(path("bare.glb"), &bare, &WriteOptions::default()).unwrap();
     write(soup, path("welded.ply").as_ref());
@@ -72,7 +72,7 @@ fn a_flat_glb_equals_the_welded_mesh() {
     assert!(number(&told, "f2").abs() < 1e-300, "apart, as told: {told}");
 }
 
-/// The output has the normals of the input again, and a value at every one of its vertices.
+/// The output has the normals of the input, and a value at every vertex.
 #[test]
 fn results_go_back_to_the_split_vertices() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Meshes that are larger than the memory they may take, and pass by.
+//! Streamed meshes that exceed the memory limit.
 #![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// A torus of so many faces with something to measure.
+/// A torus with 200 faces per column.
 fn torus(folder: &Path, name: &str, columns: usize) -> PathBuf {
     let input = folder.join(name);
     write(Torus { major: 5.0, minor: 2.0 }.shifted_mesh(columns, 100).unwrap(), &input);
@@ -36,7 +36,7 @@ fn what_passes_by_is_what_it_is_in_memory() {
     };
     let [a, b] = [area(&mut whole), area(&mut little)];
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-11 * a), "{a:?} {b:?}");
-    // Which side is out takes the whole mesh: it is unknown where the mesh passes by.
+    // The orientation needs the whole mesh: it is unknown for a streamed mesh.
     let inside_out = [&mut whole, &mut little].map(|report| report["inside_out"].take());
     assert_eq!(inside_out, [0.into(), serde_json::Value::Null]);
     assert_eq!(whole, little);
@@ -80,7 +80,7 @@ fn what_passes_by_is_what_it_is_in_memory() {
         }
     }
     assert_eq!(whole["other_faces"], little["other_faces"]);
-    // No folder is left.
+    // No temporary folder is left.
     let left: Vec<_> = std::fs::read_dir(folder.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name())
@@ -124,7 +124,7 @@ fn strangers_files_are_refused_as_ever() {
     let folder = tempfile::tempdir().unwrap();
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
                   property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
-    // So long that they do not fit.
+    // A header that is too long for the memory limit.
     let padding = "comment ".to_owned() + &"x".repeat(1000) + "\n";
     let long = header.replace("element vertex", &(padding.repeat(3000) + "element vertex"));
     let cases = [

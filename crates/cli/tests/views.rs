@@ -1,5 +1,5 @@
-//! `view`, `render` and `--view`: what they write, and the pages in headless Chromium (skipped with a
-//! printed reason where there is none).
+//! `view`, `render` and `--view`: their outputs, and the pages in headless Chromium (skipped with a message if it is
+//! not available).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 #[path = "../../mesh-view/tests/browser/mod.rs"]
@@ -50,7 +50,7 @@ fn bumps(folder: &Path, name: &str, n: usize) {
     std::fs::write(folder.join(name), text).unwrap();
 }
 
-/// Opens a page, which must show something without a complaint.
+/// Opens a page, which must show something without an error.
 fn look(browser: &mut Browser, page: &Path) {
     browser.open_view(page);
     let picture = browser.canvas();
@@ -103,7 +103,7 @@ fn every_command_has_its_page() {
     for (name, _) in pages {
         open(name);
     }
-    // What is particular to each.
+    // Features of each page.
     let page = |name: &str| folder.join(name);
     browser.open_view(&page("simplify.html"));
     assert_eq!(text(&mut browser, "#quantity"), "distance");
@@ -127,7 +127,7 @@ fn every_command_has_its_page() {
     assert_eq!(browser.number("curvmesh.meshes.length"), 2.0);
 }
 
-/// The value under the pointer is the number in the file.
+/// The value under the pointer equals the number in the file.
 #[test]
 fn values_are_those_of_the_file() {
     let folder = tempfile::tempdir().unwrap();

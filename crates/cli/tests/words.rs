@@ -1,5 +1,4 @@
-//! The same words in every command: lengths, standard input and output, names of options, and errors
-//! for programs.
+//! Consistent conventions in all commands: lengths, standard input and output, names of options, and errors as JSON.
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
 use std::io::Write;
@@ -25,7 +24,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-/// Runs with something on the standard input.
+/// Runs with this content on the standard input.
 fn fed(arguments: &[&str], input: &[u8]) -> Output {
     let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"))
         .args(arguments)
@@ -168,7 +167,7 @@ fn the_standard_streams_take_the_place_of_files() {
     let report: Value = serde_json::from_slice(&piped.stdout).unwrap();
     assert!(number(&report["max"]) < 1e-12);
 
-    // Vertices without a header word are OFF only if told so.
+    // Vertices without a header word are OFF only if the format is given.
     let bare = b"3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     assert_eq!(fed(&["info", "-"], bare).status.code(), Some(3));
     assert!(fed(&["info", "-", "--from", "off"], bare).status.success());
@@ -299,7 +298,7 @@ fn reports_say_who_made_them_and_how() {
     assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
     let options = &report["options"];
     assert_eq!((&options["max-error"], &options["lenient"]), (&"1%".into(), &true.into()));
-    // Usual values are said too: another version may have others.
+    // Default values are reported too: another version may have others.
     assert_eq!((&options["preset"], &options["seed"]), (&"default".into(), &1.into()));
     assert!(options.get("no-intersections").is_none(), "{options}");
     let report = json(&["flip", &input, "--cost", "f3"]);
@@ -357,7 +356,7 @@ fn errors_are_objects_for_programs() {
     assert_eq!(report["error"]["code"], "cannot-write");
 }
 
-/// Names in files may hold commands to the terminal.
+/// Names in files may contain control sequences for the terminal.
 #[test]
 fn what_files_say_is_spelled_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -390,7 +389,7 @@ fn look_ahead_has_a_bound() {
     }
 }
 
-/// What the format cannot hold is not a fault of the disk.
+/// Values that the format cannot store are not reported as an error of the disk.
 #[test]
 fn coordinates_beyond_the_format_are_refused_in_every_command() {
     let folder = tempfile::tempdir().unwrap();
@@ -431,7 +430,7 @@ fn helps_say_what_each_preset_and_cost_is() {
     );
 }
 
-/// Repairs that leave nothing are an error, unless an empty mesh is what is wanted.
+/// Repairs that leave nothing are an error, unless empty meshes are allowed.
 #[test]
 fn a_mesh_that_was_repaired_away_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A mesh replaced by smooth patches: how many it takes for a tolerance, and how close they are.
+//! A mesh replaced by smooth patches: their number for a tolerance, and their errors.
 #![allow(missing_docs, clippy::print_stdout)]
 
 use curvpatch::{CoverOptions, CurvatureEstimator, Params, cover};
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             mesh.topology().face_count(),
             cover.max_error()
         );
-        // As triangles, to be drawn: a colour for each patch.
+        // Triangles for drawing, with one colour per patch.
         let triangles = cover.to_mesh(&mesh, 0.1 * tolerance)?;
         println!("           {} triangles to draw", triangles.triangles.len());
     }

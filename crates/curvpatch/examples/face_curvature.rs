@@ -1,4 +1,4 @@
-//! Curvature of faces against the exact one of a torus, for both presets and several radii.
+//! Curvature of faces compared with the exact curvature of a torus, for both presets and several radii.
 #![allow(missing_docs, clippy::print_stdout)]
 
 use curvpatch::{CurvatureEstimator, Params};

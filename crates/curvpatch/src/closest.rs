@@ -49,7 +49,7 @@ pub(crate) fn closest_point(point: DVec3, [a, b, c]: [DVec3; 3]) -> (DVec3, Feat
     (a + weight_b / sum * ab + weight_c / sum * ac, Feature::Inside)
 }
 
-/// A quotient of non-negative numbers, where nothing of nothing is nothing.
+/// A quotient of non-negative numbers, with 0 / 0 = 0.
 fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }

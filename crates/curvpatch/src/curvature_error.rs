@@ -24,7 +24,7 @@ pub enum CurvatureError {
         /// The face.
         face: FaceId,
     },
-    /// The barycentric coordinates are not those of an interior point of the face.
+    /// The barycentric coordinates do not belong to an interior point of the face.
     #[error("barycentric coordinates {barycentric:?} of face {face} must be positive and finite")]
     BadPoint {
         /// The face.

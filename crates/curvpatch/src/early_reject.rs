@@ -21,7 +21,7 @@ pub(crate) enum Screening {
     Undecided,
 }
 
-/// What is known from earlier patches at the same point.
+/// Results of earlier patches at the same point.
 #[derive(Clone, Debug)]
 pub(crate) struct EarlyReject {
     /// The directions of [`EarlyReject::rejects`].

@@ -80,8 +80,8 @@ impl<'a> FitTest<'a> {
         PatchErrors { points, heights }
     }
 
-    /// The faces under a patch, whatever their distance: the faces of its region with all vertices over
-    /// or under its footprint.
+    /// The faces under a patch, at any distance: the faces of its region with all vertices over or under its
+    /// footprint.
     pub fn faces_under(&mut self, fit: &PatchFit) -> Vec<FaceId> {
         self.grow_whole(fit);
         let in_footprint = |corner: &DVec3| {

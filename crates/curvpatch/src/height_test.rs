@@ -93,7 +93,7 @@ pub(crate) struct SelectWithin<'p> {
     sample: &'p mut Vec<DVec3>,
 }
 
-/// Every so many vertices of a region, one is sampled for early rejection.
+/// One in this many vertices of a region is sampled for early rejection.
 const SAMPLE_STRIDE: usize = 16;
 
 impl<'p> SelectWithin<'p> {

@@ -10,7 +10,7 @@ use crate::section_arc::{SectionArc, WalkEnd};
 use crate::section_plane::SectionPlane;
 use crate::tangent_plane::TangentPlane;
 
-/// A section with the weight of its curvature and the reasons for its limits.
+/// A section with the weight of its curvature and the reasons for its length.
 pub(crate) struct LocalSection {
     pub(crate) section: Section,
     /// Product of the arc lengths over the square of the intended length: 1 for two full arcs. 0 if both

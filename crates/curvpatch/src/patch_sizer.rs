@@ -445,7 +445,7 @@ const VERY_LARGE: f64 = 4096.0;
 /// Number of failed full tests after which no further candidates are searched.
 const MAX_FAILURES: usize = 4;
 
-/// For large patches, one step in so many is tested on the way up.
+/// For large patches, one step in this many is tested on the way up.
 const STRIDE: usize = 3;
 
 /// A patch that the early test has not rejected.

@@ -16,7 +16,7 @@ use crate::soa_mesh::SoaMesh;
 use crate::test_points::TestPoint;
 use crate::vec3x8::{LANES, LaneBits, Vec3Lanes, Vec3x8, put};
 
-/// What lies straight under a point of a patch.
+/// The face straight under a point of a patch, if known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Under {
     /// The face with this `SoaMesh` index.
@@ -45,7 +45,7 @@ pub(crate) struct PointTracer<'p> {
     start: u32,
     points: core::iter::Enumerate<core::slice::Iter<'p, DVec3>>,
     check: VertexCheck<'p>,
-    /// What lies straight under each point.
+    /// The face straight under each point.
     pub(crate) under: Vec<Under>,
     /// The index of a section, and its vertex that is out of tolerance, relative to the origin.
     pub(crate) violation: Option<(usize, DVec3)>,

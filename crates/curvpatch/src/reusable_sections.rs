@@ -37,7 +37,7 @@ pub(crate) fn measure(
     planes.iter().zip(&walks).map(section).collect()
 }
 
-/// The sections through a point in the planes of one normal, as far as they have been walked.
+/// The sections through a point in the planes of one normal, up to the length walked so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ReusableSections {
     point: Option<SurfacePoint>,
@@ -154,11 +154,11 @@ impl<S: Simd> WalkVisitor<S> for Extension<'_> {
     }
 }
 
-/// One half of a section, as far as it has been walked.
+/// One half of a section, up to the length walked so far.
 #[derive(Clone, Debug, Default)]
 struct HalfSection {
     segments: Vec<Segment>,
-    /// Where, after what length and why it ended, once it has.
+    /// The end point, the length and the reason for the end, once the half has ended.
     end: Option<(DVec3, f64, WalkEnd)>,
 }
 
@@ -197,8 +197,7 @@ impl HalfSection {
         Self { segments, end: None }
     }
 
-    /// The arc of this length along what has been walked; as
-    /// [`ScalarWalk::arc`](crate::scalar_walk::ScalarWalk::arc).
+    /// The arc of this length along the walked part; as [`ScalarWalk::arc`](crate::scalar_walk::ScalarWalk::arc).
     fn arc(&self, length: f64) -> SectionArc {
         let index = self.segments.partition_point(|segment| segment.end() < length);
         if let Some(last) = self.segments.get(index) {

@@ -1,4 +1,4 @@
-//! The tangent plane of a surface point, in which directions are counted.
+//! The tangent plane of a surface point, with a frame for directions.
 
 use glam::{DVec2, DVec3};
 use mesh_core::{FaceId, TriMesh};

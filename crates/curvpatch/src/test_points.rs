@@ -70,7 +70,7 @@ impl TestPoint {
     }
 }
 
-/// Rounding slack for the comparison of a distance with that of the boundary.
+/// Rounding slack for the comparison with the distance from the boundary.
 const BOUNDARY_SLACK: f64 = 1.0 + 1e-12;
 
 /// A face that distances are measured from.

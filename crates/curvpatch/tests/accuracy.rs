@@ -1,5 +1,5 @@
-//! Accuracy of the curvatures over samples of faces, against tables of an independent
-//! implementation: no error may be more than a fifth larger.
+//! Accuracy of the curvatures over samples of faces, compared with tables of an independent implementation: no error
+//! may be more than 20 % larger.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -48,17 +48,16 @@ impl Mesh {
     }
 }
 
-/// Medians and 95th percentiles: of the curvature in percent, of the direction in degrees.
+/// Medians and 95th percentiles of the errors: curvature in percent, direction in degrees.
 type Bands = ([f64; 2], Option<[f64; 2]>);
 
-/// A mesh, the radius in mean edge lengths, the number of samples, and the errors by the parameters
-/// of the paper and by the robust ones.
+/// A mesh, the radius in mean edge lengths, the number of samples, and the errors with the parameters of the paper and
+/// with the robust ones.
 #[derive(Clone, Copy, Debug)]
 struct Row(Mesh, f64, usize, Bands, Bands);
 
-/// No median may exceed the reference by more than a fifth, and no 95th percentile, which some of
-/// the samples determine by three faces, by more than three tenths; plus the rounding of the
-/// printed figure.
+/// Medians may exceed the reference by at most 20 %. 95th percentiles may exceed it by at most 30 %, since in some
+/// samples three faces determine them. The rounding of the printed numbers is added.
 fn check(what: &str, ours: [f64; 2], reference: [f64; 2], rounding: f64) {
     let [median, tail] = [1.2 * reference[0], 1.3 * reference[1]].map(|limit| limit + rounding);
     assert!(ours[0] <= median && ours[1] <= tail, "{what}: {ours:?} against {reference:?}");
@@ -167,11 +166,11 @@ fn errors_converge_as_the_law_of_the_radius_says() {
             }
             by_root.push(medians(&mesh, surface.as_ref(), 0.9 * h.sqrt(), kind)[1]);
         }
-        // A radius that goes with √h converges: three halvings of h, at least a halving of the
-        // error (the law says an eighth; saddle and sphere come from partly cancelled errors).
+        // A radius in proportion to √h converges: three halvings of h at least halve the error. (The theory predicts an
+        // eighth; on saddle and sphere, errors partly cancel.)
         assert!(by_root[3] < 0.5 * by_root[0], "{by_root:?}");
     }
-    // A fixed multiple of h does not converge: the same error on 64 times as many faces.
+    // A radius in proportion to h does not converge: the error is the same on 64 times as many faces.
     let error = |level: u32| {
         let kind = Mesh::Icosphere(level);
         let mesh = kind.build();
@@ -197,8 +196,8 @@ fn noise_is_averaged_by_larger_discs() {
         (Mesh::Saddle(64), 0.1, [[[287.02, 373.87], [30.79, 75.11]], [[126.90, 180.65], [11.34, 29.09]], [[54.54, 79.58], [3.85, 11.33]]]),
     ];
     for (kind, noise, reference) in rows {
-        // The saddle has only 61 faces away from its rim, whose errors go together: the median of
-        // several draws of the noise is taken there.
+        // The saddle has only 61 faces away from its boundary, and their errors are correlated. So the median over
+        // several noise seeds is used there.
         let saddle = matches!(kind, Mesh::Saddle(_));
         let seeds = if saddle { 11..20 } else { 11..12 };
         let meshes: Vec<TriMesh> =
@@ -222,9 +221,9 @@ fn noise_is_averaged_by_larger_discs() {
     }
 }
 
-/// The table's robust medians for the noisy saddle are lower than what its own formulas and noise
-/// yield: written once more in another language, they give the numbers below for seed 11, and for
-/// no seed from 11 to 19 the table's at noise 0.03 and 8 h. So these are the reference.
+/// For the noisy saddle, the robust medians of the table are lower than its own formulas and noise give. A second
+/// implementation, in another language, gives the numbers below for seed 11. For no seed from 11 to 19 does it give the
+/// value of the table at noise 0.03 and 8 h. So these numbers are the reference.
 #[test]
 fn noise_on_the_saddle_is_that_of_an_independent_program() {
     // Medians and 95th percentiles [paper, robust] for 3, 5 and 8 mean edges.
@@ -281,8 +280,8 @@ fn irregular_spheres_keep_their_bands_where_vertex_based_ones_need_not() {
     }
 }
 
-/// SN10 takes principal directions from "the maximal and minimal diameters". A chord is as short
-/// for κ as for -κ: on a saddle the longest one lies along an asymptotic direction.
+/// SN10 takes principal directions from "the maximal and minimal diameters". A chord for κ is as short as one for -κ,
+/// so on a saddle the longest chord lies along an asymptotic direction.
 #[test]
 fn literal_diameters_fail_on_a_saddle() {
     let mesh = common::saddle(32);
@@ -303,7 +302,7 @@ fn literal_diameters_fail_on_a_saddle() {
         });
         let longest = traces.max_by(|a, b| a.1.chord().total_cmp(&b.1.chord())).unwrap();
         let scale = exact.max.max(-exact.min);
-        // It should be the smaller one of the two; neither is small.
+        // It should be the smaller of the two curvatures, but neither of them is small.
         let smaller = exact.max.min(-exact.min);
         literal.push(100.0 * (smaller - longest.1.curvature.abs()) / scale);
         let angle = longest.0.to_degrees() % 90.0;

@@ -1,5 +1,5 @@
-//! Covers of analytic meshes: sizes against an independent implementation, and what a cover
-//! promises against a test that shares no code with it.
+//! Covers of analytic meshes: their sizes compared with an independent implementation, and their guarantees checked by
+//! a test that shares no code with the crate.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -12,8 +12,7 @@ use curvpatch::{
 use mesh_core::TriMesh;
 use mesh_shapes::RowPhase;
 
-/// A row of the reference table: the numbers of patches of the greedy and the sequential cover,
-/// with no face left over.
+/// A row of the reference table: the numbers of patches of the greedy and the sequential cover, without residual faces.
 #[derive(Clone, Copy)]
 struct Row {
     mesh: Mesh,
@@ -132,14 +131,15 @@ fn check_rows(rows: &[Row], params: Params) {
     }
 }
 
-/// What a cover promises, and that the errors it states are within tolerance.
+/// Checks the guarantees of a cover, and that its stated errors are within tolerance.
 fn check_promises(mesh: &TriMesh, cover: &Cover) {
     check_coverage(mesh, cover);
     assert!(cover.max_error() <= cover.tolerance * (1.0 + 1e-12));
 }
 
-/// Every face is covered by a patch or residual, and the vertices of the faces of a patch are within
-/// the tolerance of it: by search over its parameters, not by its own inverse.
+/// Checks that every face is covered by a patch or residual, and that the vertices of the faces of a patch are within
+/// the tolerance of it. The distance is found by a search over the parameters of the patch, not by its inverse
+/// function.
 fn check_coverage(mesh: &TriMesh, cover: &Cover) {
     let mut is_residual = mesh.topology().face_map(true);
     for patch in &cover.patches {
@@ -167,7 +167,7 @@ fn check_coverage(mesh: &TriMesh, cover: &Cover) {
 /// Whether a patch has a point within a distance of `point`, by direct search over the unit disc of
 /// its parameters.
 fn comes_near(patch: &Patch, point: glam::DVec3, limit: f64) -> bool {
-    // Points beyond the rim are moved onto it.
+    // Points beyond the boundary of the patch are moved onto it.
     let measured = |[s, t]: [f64; 2]| {
         let beyond = s.hypot(t).max(1.0);
         let [s, t] = [s / beyond, t / beyond];
@@ -192,9 +192,9 @@ fn comes_near(patch: &Patch, point: glam::DVec3, limit: f64) -> bool {
     best.0 <= limit
 }
 
-/// Ellipses on the torus at a tolerance near the sag of its facets: noisy second curvatures at
-/// small radii stretch them wrongly, and many faces have no patch. With as few test angles and
-/// bisections as the reference has, just as many are left.
+/// Ellipses on the torus at a tolerance near the sagitta of its facets. Noisy second curvatures at small radii stretch
+/// them wrongly, and many faces have no patch. With the same numbers of test angles and bisections as the reference,
+/// the number of residual faces is the same.
 #[test]
 fn narrow_ellipses_leave_no_more_faces_than_the_reference() {
     // Patches and residual faces of the greedy and the sequential cover. (The sequential one of the

@@ -19,8 +19,8 @@ fn model(name: &str) -> Option<TriMesh> {
     Some(build(&model.soup, &Repair::lenient()).unwrap().mesh)
 }
 
-/// SN10, Fig. 13 is on this cow. Reference: failures among 153 seeds, median radius over the
-/// diagonal (0 for failures), mean number of faces covered.
+/// SN10, Fig. 13 shows this cow. Reference: failures among 153 seeds, median radius over the diagonal (0 for failures),
+/// mean number of covered faces.
 #[test]
 fn patches_on_the_cow_keep_the_bands_of_the_table() {
     let Some(mesh) = model("cow.obj") else { return };
@@ -47,7 +47,7 @@ fn patches_on_the_cow_keep_the_bands_of_the_table() {
         assert!(failed as f64 <= 1.2 * f64::from(failures), "{what}: {failed}");
         let radius_of =
             |p: &Option<SizedPatch>| p.as_ref().map_or(0.0, |p| p.fit.curvature.radius / diagonal);
-        // Where half of the seeds fail, the median tells nothing.
+        // If half of the seeds fail, the median has no meaning.
         if failures > 60 {
             continue;
         }
@@ -74,7 +74,7 @@ fn the_cow_is_covered_within_tolerance() {
     }
 }
 
-/// Covers a model within a share of its diagonal, by fewer patches than that and with fewer faces left.
+/// Covers a model within a share of its diagonal, with fewer patches and fewer residual faces than given.
 fn is_covered(name: &str, share: f64, patches: usize, residual: usize) {
     let Some(mesh) = model(name) else { return };
     let tolerance = share * mesh.bounding_box().unwrap().diagonal();
@@ -85,15 +85,15 @@ fn is_covered(name: &str, share: f64, patches: usize, residual: usize) {
     assert!(cover.max_error() <= tolerance, "{name}");
 }
 
-/// What can be reached only around a patch, as the other side of a fold, is none of its business, and a
-/// ladder of radii is not left where discs are still as small as the roughness of the mesh. With both of
-/// these mistakes there were 354 patches, and 234 faces under none.
+/// A surface part that can be reached only around a patch, such as the other side of a fold, does not belong to its
+/// region. The search over radii continues while discs are as small as the roughness of the mesh. Without these two
+/// rules there were 354 patches and 234 residual faces.
 #[test]
 fn folds_beside_a_patch_and_roughness_below_the_tolerance_do_not_make_it_small() {
     is_covered("cow.obj", 0.01, 320, 200);
 }
 
-/// Scans, holes, ugly triangles: whatever the mesh, discs are finite or say what is wrong.
+/// Scans, holes, bad triangles: on any mesh, discs are finite or an error.
 #[test]
 fn discs_of_real_meshes_are_finite() {
     for name in ["fandisk.obj", "many_small_holes.ply", "teapot.obj", "stanford-bunny.obj"] {

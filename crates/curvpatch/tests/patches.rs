@@ -1,5 +1,5 @@
-//! Patches: their formula against closed forms, and their errors against the tables of an
-//! independent implementation.
+//! Patches: their formula compared with closed forms, and their errors compared with the tables of an independent
+//! implementation.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -83,7 +83,7 @@ fn on_an_exact_cylinder_the_error_is_that_of_the_diagonal() {
         };
         let worst = (0..360).map(|j| error(f64::from(j).to_radians())).fold(0.0, f64::max);
         assert!((worst - measured).abs() < 1e-5, "{a}: {worst}");
-        // To leading order a³/32 at 45°, and nothing at the ends of the arcs.
+        // The error is a³/32 at 45° to leading order, and 0 at the ends of the arcs.
         assert!(error(FRAC_PI_4) <= a.powi(3) / 32.0);
         assert!(error(0.0) < 1e-15 && error(FRAC_PI_2) < 1e-15);
     }
@@ -147,10 +147,10 @@ fn tessellations_keep_their_tolerance_and_face_the_normal() {
                     worst = worst.max((patch.height(p.x, p.y).unwrap() - p.z).abs());
                 }
             }
-            // Heights overstate distances where the patch is steep.
+            // Heights overestimate distances where the patch is steep.
             let slope = patch.turn().cos();
             assert!(worst * slope <= 1.05 * tolerance, "{patch:?} {tolerance}: {worst}");
-            // The rim keeps to the boundary ellipse too.
+            // The boundary follows the ellipse of the footprint as well.
             let [a, b] = patch.semi_axes();
             let area: f64 = mesh
                 .triangles
@@ -226,7 +226,7 @@ impl Mesh {
         }
     }
 
-    /// The distance of a point from the true surface; close to it, in the case of the saddle.
+    /// The distance of a point from the exact surface; for the saddle, an approximation close to the surface.
     fn distance(self, p: DVec3) -> f64 {
         match self {
             Self::Torus => common::TORUS.signed_distance(p).abs(),
@@ -317,8 +317,8 @@ enum Sphere6 {
     Random,
 }
 
-/// SN10, Fig. 10: errors at four points of a quarter of the boundary. Its two patches, on a mesh
-/// that is not known, have 0.18, 0.06, 0.04, 0.65 % and 0.03, 0.8, 1.7, 2.5 % of the radius.
+/// SN10, Fig. 10: errors at four points of a quarter of the boundary. Its two patches, on an unknown mesh, have 0.18,
+/// 0.06, 0.04, 0.65 % and 0.03, 0.8, 1.7, 2.5 % of the radius.
 #[test]
 fn sphere_patches_keep_the_bands_of_the_table() {
     for &(which, radius, paper, paper_max, robust, robust_max) in SPHERES {
@@ -332,7 +332,7 @@ fn sphere_patches_keep_the_bands_of_the_table() {
             let (medians, max) = quarter_medians(&mesh, params, radius);
             let what = format!("{which:?} {radius} {params:?}: {medians:?} {max}");
             assert!(max <= 1.2 * largest + 0.005, "{what} not {largest}");
-            // Single points scatter with the turn of the frame, which is arbitrary on a sphere.
+            // Errors at single points vary with the rotation of the frame, which is arbitrary on a sphere.
             let sum = |values: [f64; 4]| values.iter().sum::<f64>();
             assert!(sum(medians) <= 1.2 * sum(points) + 0.02, "{what} not {points:?}");
         }
@@ -364,7 +364,7 @@ fn figure_10_of_the_paper_is_met_in_kind_by_paper_and_surpassed_by_robust() {
     let fine = common::icosphere(4);
     assert!(max(&fine, Params::robust(), 0.8) <= 0.15);
     assert!(max(&fine, Params::robust(), 1.25) <= 0.15);
-    // The printed errors beside ours, small and large patch.
+    // The printed errors and our errors, for the small and the large patch.
     let printed = [[0.18, 0.06, 0.04, 0.65], [0.03, 0.8, 1.7, 2.5]];
     for (radius, printed) in [0.8, 1.25].into_iter().zip(printed) {
         let (robust, _) = quarter_medians(&coarse, Params::robust(), radius);
@@ -425,8 +425,7 @@ enum Preset {
     Robust,
 }
 
-/// SN10, Fig. 7: circular and elliptical patches on a half cylinder whose vertices are all on its
-/// two rims.
+/// SN10, Fig. 7: circular and elliptical patches on a half cylinder whose vertices are all on its two end circles.
 #[test]
 fn half_cylinder_patches_agree_with_the_table() {
     let mesh = common::bare_half_cylinder();
@@ -435,7 +434,7 @@ fn half_cylinder_patches_agree_with_the_table() {
         let params = if preset == Preset::Paper { Params::paper() } else { Params::robust() };
         let estimator = CurvatureEstimator::new(&mesh, params).unwrap();
         let fit = estimator.patch(mesh_core::FaceId::new(22), radius, shape).unwrap();
-        // The table has the sign of the paper.
+        // The table uses the sign convention of the paper.
         let axes = common::sn10_order(&fit.curvature);
         for (ours, theirs) in
             axes.map(|axis| fit.curvature.curvatures[axis]).into_iter().zip(curvatures)
@@ -444,8 +443,8 @@ fn half_cylinder_patches_agree_with_the_table() {
         }
         assert!((fit.patch.arcs()[axes[1]] - arc).abs() < 1e-9);
         assert!(fit.patch.frame()[axes[0]].z.abs() < 1e-12);
-        // Errors at 30° and 60° swap with the sign of a direction, which the fit leaves open; the
-        // worse of both is compared.
+        // Errors at 30° and 60° swap with the sign of a direction, which is arbitrary. So the larger of both is
+        // compared.
         let errors = probe.quarter_errors(&fit).map(|error| 100.0 * error / radius);
         let worst = |values: [f64; 4]| values.into_iter().fold(0.0, f64::max);
         assert!(worst(errors) <= 1.2 * worst(quarter) + 0.3, "{radius} {errors:?} {quarter:?}");

@@ -1,4 +1,5 @@
-//! Scale, place, threads, ugly input: what must not change the result, and what must not break it.
+//! Scale, position, threads and bad input: changes that must not affect the result, and input that must not cause
+//! failures.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -45,7 +46,7 @@ fn scale_and_place_change_nothing_but_units() {
             }
         }
     }
-    // Powers of two change no digit, so sizes and covers are the same to the bit.
+    // Powers of two change no digit, so sizes and covers are equal bit for bit.
     let torus = &meshes[0];
     let other = moved(torus, 1024.0, DVec3::ZERO);
     let [a, b] = [(torus, 0.1), (&other, 102.4)].map(|(mesh, tolerance)| {
@@ -75,12 +76,12 @@ fn the_number_of_threads_changes_no_bit() {
         assert_eq!(discs, other_discs);
         assert_eq!(covered, other);
     }
-    // A face by itself has the bits it has among all.
+    // A single face has the same bits as in a run over all faces.
     let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
     for face in mesh.topology().faces().step_by(37) {
         assert_eq!(discs[face], estimator.at(face, 0.4));
     }
-    // And with fewer seeds than faces, every face is covered or residual all the same.
+    // With fewer seeds than faces, every face is still covered or residual.
     assert!(covered.seeds < mesh.topology().face_count());
     assert!(covered.residual.is_empty());
 }
@@ -191,7 +192,7 @@ fn sizes_stop_for_the_reason_they_give() {
     let torus = common::torus(48, 24);
     let bent = sized(&torus, 500, SizeOptions::new(0.02)).unwrap();
     assert_eq!(bent.stop, StopReason::Tolerance);
-    // It keeps the tolerance, and one an eighth larger does not.
+    // The patch keeps the tolerance; a patch that is an eighth larger does not.
     let estimator = CurvatureEstimator::new(&torus, Params::robust()).unwrap();
     let mut probe = FitTest::new(&torus);
     assert!(probe.full_error(&bent.fit, 0.02, false).max() <= 0.02);
@@ -215,7 +216,7 @@ fn sizes_stop_for_the_reason_they_give() {
     let over = sized(&saddle, 24 * 24 + 2, over).unwrap();
     assert!(over.fit.curvature.radius > 1.5 * at_rim.fit.curvature.radius);
 
-    // A tolerance below the sag of the facets.
+    // A tolerance below the sagitta of the facets.
     let unfit = sized(&torus, 500, SizeOptions::new(1e-5)).unwrap_err();
     assert!(matches!(unfit, Unfit::NoRadius { stop: StopReason::Tolerance, .. }), "{unfit}");
 }
@@ -224,7 +225,7 @@ fn sizes_stop_for_the_reason_they_give() {
 fn exports_hold_the_whole_cover() {
     let mesh = common::cylinder(24, 8, RowPhase::Staggered);
     let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
-    // So tight that some faces stay triangles.
+    // A tolerance so small that some faces stay triangles.
     let cover = cover(&estimator, &CoverOptions::new(0.02)).unwrap();
     let tolerance = 0.005;
     let out = cover.to_mesh(&mesh, tolerance).unwrap();
@@ -280,8 +281,8 @@ fn records_survive_json() {
     assert!(patch.is_ok_and(|record| Patch::try_from(record.patches[0].patch).is_err()));
 }
 
-/// A sheet over a lattice with some vertices moved to other places of it, so that it folds over itself
-/// and passes by itself.
+/// A sheet over a grid. Some vertices are moved to other grid points, so that the sheet folds over itself and passes
+/// close to itself.
 fn crumpled_sheet(random: &mut SplitMix64) -> Option<TriMesh> {
     let side = 5;
     let mut whole = |limit: f64| (limit * random.symmetric()).round();
@@ -301,8 +302,8 @@ fn crumpled_sheet(random: &mut SplitMix64) -> Option<TriMesh> {
     Some(build(&soup, &Repair::lenient()).ok()?.mesh)
 }
 
-/// What lies straight under a point of a patch may be reached by a section that leaves the patch's
-/// region on its way: it does not count, and neither does the error of a patch that counts on it.
+/// A section to the face straight under a point may leave the region of the patch on its way. Such a face does not
+/// count, and no patch may be accepted because of it.
 #[test]
 fn no_cover_of_a_sheet_that_folds_over_is_out_of_tolerance() {
     let mut random = SplitMix64::new(5);
@@ -390,7 +391,7 @@ fn noise_does_not_leave_gaps_in_the_books() {
     }
 }
 
-/// Where all corners of a face are one point, there is no radius to begin with.
+/// If all corners of a face are one point, the search has no start radius.
 #[test]
 fn a_face_without_extent_stays_a_triangle() {
     let mut mesh = common::saddle(6);

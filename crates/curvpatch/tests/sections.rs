@@ -1,5 +1,4 @@
-//! Normal sections: independent of how the surface is cut into triangles, right at vertices,
-//! boundaries and where they close.
+//! Normal sections: independent of the triangulation, correct at vertices and boundaries, and correct where they close.
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
@@ -22,7 +21,7 @@ fn locate(mesh: &TriMesh, at: DVec3) -> SurfacePoint {
         [(b, c), (c, a), (a, b)].map(|(p, q)| (p - at).cross(q - at).dot(normal))
     };
     let faces = mesh.topology().faces();
-    // The deepest inside, of the faces in whose plane the point lies.
+    // The point deepest inside its face, among the faces whose plane contains it.
     let depth = |&face: &FaceId| {
         let [a, ..] = mesh.triangle(face);
         let off_plane = (at - a).dot(mesh.face_normal(face)).abs();
@@ -33,9 +32,9 @@ fn locate(mesh: &TriMesh, at: DVec3) -> SurfacePoint {
     SurfacePoint::new(face, coordinates(face)).unwrap()
 }
 
-/// SN10, Fig. 7. All vertices of the sparse half cylinder are on its rims. Curvature per vertex has
-/// nothing to say about the region between, and on the rims themselves it is that of boundary
-/// vertices; sections give what they give on a dense mesh of the same facets.
+/// SN10, Fig. 7. All vertices of the sparse half cylinder are on its end circles. Curvature per vertex is undefined
+/// between them, and at the end circles it is the curvature of boundary vertices. Sections give the same curvature as
+/// on a dense mesh of the same facets.
 #[test]
 fn half_cylinder_without_inner_vertices_has_the_curvature_of_a_dense_one() {
     let sparse = common::bare_half_cylinder();
@@ -56,14 +55,14 @@ fn half_cylinder_without_inner_vertices_has_the_curvature_of_a_dense_one() {
             let ((s0, c0), (s1, c1)) = (corner(sector), corner(sector + 1));
             let at = DVec3::new(c0 + share * (c1 - c0), s0 + share * (s1 - s0), height);
             let (here, there) = (locate(&sparse, at), locate(&dense, at));
-            // The same planes, as the first edges of both faces run the same way.
+            // The planes are the same, since the first edges of both faces are parallel.
             assert!(first_edge(&sparse, here).cross(first_edge(&dense, there)).length() < 1e-12);
             for radius in [0.2, 0.4, 0.7] {
                 let a = of_sparse.at(here, radius).unwrap();
                 let b = of_dense.at(there, radius).unwrap();
                 assert!(!a.truncated && !b.truncated);
-                // The third-order rule takes the square root of S - d, which is rounding along
-                // the generators.
+                // The third-order rule takes the square root of S - d, which is pure rounding error along the
+                // generators.
                 let noise = if params == Params::paper() { 2e-7 } else { 1e-10 };
                 for (a, b) in a.curvatures.into_iter().zip(b.curvatures) {
                     assert!((a - b).abs() < noise, "{radius}: {a} {b}");
@@ -75,7 +74,7 @@ fn half_cylinder_without_inner_vertices_has_the_curvature_of_a_dense_one() {
     }
 }
 
-/// The direction of the first edge of a face, from which the planes are counted.
+/// The direction of the first edge of a face, from which the angles of the planes are measured.
 fn first_edge(mesh: &TriMesh, point: SurfacePoint) -> DVec3 {
     let [a, b, _] = mesh.triangle(point.face());
     (b - a).normalize()
@@ -83,8 +82,8 @@ fn first_edge(mesh: &TriMesh, point: SurfacePoint) -> DVec3 {
 
 #[test]
 fn vertices_hit_exactly_are_walked_through() {
-    // A grid of unit squares: from the barycentres, planes at multiples of 45° run through
-    // vertices and along edges all the time.
+    // A grid of unit squares. From the barycentres, planes at multiples of 45° often pass through vertices and along
+    // edges.
     let flat = common::mesh(&Plane { half_width: 8.0 }.mesh(16, Diagonals::Alternating).unwrap());
     for planes in [3, 4, 8, 36, 180] {
         let params = Params { planes, ..Params::paper() };
@@ -148,7 +147,7 @@ fn boundaries_truncate_and_closed_sections_wrap() {
     assert!(alone.truncated && alone.curvatures.iter().all(|k| k.abs() < 1e-15));
 }
 
-/// SN10, Fig. 8: patches one after another round a cylinder.
+/// SN10, Fig. 8: consecutive patches around a cylinder.
 #[test]
 fn strips_follow_a_section() {
     let mesh = common::cylinder(48, 32, RowPhase::Aligned);
@@ -157,7 +156,7 @@ fn strips_follow_a_section() {
     let options = StripOptions { spacing: 0.5, ..StripOptions::new(0.35) };
     let round = estimator.strip(start, DVec3::Y, &options).unwrap();
     assert_eq!(round.end, StripEnd::Closed);
-    // A circumference of 48 facets, a little under 2π.
+    // The circumference of 48 facets is slightly below 2π.
     assert_eq!(round.patches.len(), 13);
     for pair in round.patches.windows(2) {
         let chord = pair[0].patch.origin().distance(pair[1].patch.origin());
@@ -183,8 +182,8 @@ fn strips_follow_a_section() {
     assert!(matches!(error, StripError::BadSpacing { .. }));
 }
 
-/// The polygon of a section: on the mesh, in the plane, as long as asked for, and of the curvature
-/// that the estimate is made from.
+/// The polygon of a section lies on the mesh and in the plane, has the requested length, and has the curvature that the
+/// estimate uses.
 #[test]
 fn traces_are_the_sections_that_were_measured() {
     let mesh = common::torus(48, 24);
@@ -204,12 +203,12 @@ fn traces_are_the_sections_that_were_measured() {
                 let across = angle.cos() * disc.frame[1] - angle.sin() * disc.frame[0];
                 for point in &trace.points {
                     assert!((*point - disc.center).dot(across).abs() < 1e-12);
-                    // Facets are inside of the torus, and by no more than their sag.
+                    // Facets lie inside the torus, by at most their sagitta.
                     let depth = common::TORUS.signed_distance(*point);
                     assert!((-0.03..1e-12).contains(&depth), "{depth}");
                 }
                 assert!(trace.chord() < 1.0 && trace.chord() > 0.9);
-                // Euler's formula, within the error of one section.
+                // Euler's formula holds within the error of one section.
                 let [k1, k2] = disc.curvatures;
                 let euler = k1 * angle.cos().powi(2) + k2 * angle.sin().powi(2);
                 assert!((trace.curvature - euler).abs() < 0.12, "{} {euler}", trace.curvature);

@@ -60,8 +60,8 @@ fn build(which: Mesh) -> TriMesh {
 
 #[test]
 fn curvatures_translations_and_frames_are_reproduced() {
-    // A straight section has S - d = 0 up to a few units in the last place, and the third-order
-    // rule takes the square root of that.
+    // A straight section has S - d = 0 up to a few units in the last place. The third-order rule takes the square root
+    // of this difference.
     let straight = (24.0 * 8.0 * f64::EPSILON).sqrt() / (2.0 * RADIUS);
     for row in ROWS {
         let mesh = build(row.mesh);
@@ -88,7 +88,7 @@ fn curvatures_translations_and_frames_are_reproduced() {
         let e1 = fit.curvature.frame[axes[0]];
         let theirs = DVec3::from_array(row.e1);
         assert!(e1.distance(theirs).min(e1.distance(-theirs)) < 2e-8, "{row:?}: {e1}");
-        // A direction of the other sign turns the patch by half a turn.
+        // A direction with the opposite sign rotates the patch by half a turn.
         let turn = if e1.dot(theirs) > 0.0 { 0.0 } else { core::f64::consts::PI };
         let start = FRAC_PI_2 * axes[0] as f64;
         let q = fit.patch.point(1.0, start + FRAC_PI_4 + turn);

@@ -1,5 +1,5 @@
-//! Which estimate to take: the largest error of the mean curvature on an irregular torus that is
-//! refined, with and without noise.
+//! Comparison of estimators: the largest error of the mean curvature on an irregular torus under refinement, with and
+//! without noise.
 //!
 //! `cargo run -p dcurv --example estimators`
 #![allow(clippy::print_stdout)]

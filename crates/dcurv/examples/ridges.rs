@@ -1,5 +1,5 @@
-//! Where a surface bends most, and which way: the vertices of an ellipsoid with the largest principal
-//! curvature, as a set of line segments along the direction of the smaller one (an OBJ of lines).
+//! Ridges: the vertices of an ellipsoid with the largest principal curvature, as line segments along the direction of
+//! the smaller one (an OBJ of lines).
 //!
 //! `cargo run -p dcurv --example ridges > ridges.obj`
 

@@ -97,13 +97,13 @@ impl AngleSum {
     #[inline(always)]
     pub(crate) fn add(&mut self, corner: DVec2) {
         let product = self.direction.rotate(corner);
-        // In the lower half-plane: turn by pi. The sign bit, rather than a comparison, also tells
-        // pi + pi, whose sine is -0, from 0 + 0, whose sine is +0.
+        // In the lower half-plane: turn by pi. Unlike a comparison, the sign bit also distinguishes pi + pi, whose sine
+        // is -0, from 0 + 0, whose sine is +0.
         let sign = product.y.to_bits() & (1 << 63);
         self.half_turns += (sign >> 63) as i32;
         self.direction = DVec2::new(f64::from_bits(product.x.to_bits() ^ sign), product.y.abs());
         self.terms += 1;
-        // Each term lengthens the product by at most a factor of 2 sqrt(2).
+        // Each term multiplies the length of the product by at most 2 sqrt(2).
         if self.terms.is_multiple_of(512) {
             self.direction = unit_scaled(self.direction);
         }

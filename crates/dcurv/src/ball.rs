@@ -102,8 +102,8 @@ impl BallCurvature {
         self.abs_dihedral / self.area
     }
 
-    /// The principal curvatures and directions: those of the tensor in the plane orthogonal to the mean
-    /// normal. `None` without area or mean normal.
+    /// The principal curvatures and directions of the tensor in the plane orthogonal to the mean normal. `None` without
+    /// area or mean normal.
     #[must_use]
     pub fn principal(&self) -> Option<PrincipalFrame> {
         let plane = TangentFrame::of(self.normal_area.normalize_or_zero())?;
@@ -360,7 +360,7 @@ fn is_new(visited: &mut [u32], index: usize, mark: u32) -> bool {
 }
 
 impl BallCurvature {
-    /// Adds an edge with a dihedral angle, of which `length` is inside. Boundary edges have none.
+    /// Adds an edge with a dihedral angle; `length` is the length of its part inside. Boundary edges have no angle.
     fn add_edge(&mut self, angle: Option<f64>, [from, to]: [DVec3; 2], length: f64) {
         let Some(beta) = angle else { return };
         let along = (to - from).normalize_or_zero();
@@ -404,8 +404,8 @@ fn area_in_unit_ball(triangle: [DVec3; 3], normal: DVec3) -> f64 {
     radius_squared * area.max(0.0)
 }
 
-/// The signed area of the triangle (origin, `p`, `q`) inside the unit disk: triangles where the side is
-/// inside, sectors where it is outside.
+/// The signed area of the triangle (origin, `p`, `q`) inside the unit disk: triangles where the side is inside, sectors
+/// elsewhere.
 fn area_in_unit_disk(p: DVec2, q: DVec2) -> f64 {
     let sector = |p: DVec2, q: DVec2| 0.5 * atan2(p.perp_dot(q), p.dot(q));
     let along = q - p;

@@ -129,13 +129,13 @@ fn insert(hull: &mut Vec<DVec3>, center: DVec3, point: DVec3) -> Option<()> {
     if sides.iter().all(|&side| side <= 0.0) {
         return None;
     }
-    // The first of the faces of the cone that the ray is outside of.
+    // The first of the faces of the cone that the ray lies outside of.
     let is_outside = |i: usize| sides[i % count] < 0.0;
     let Some(start) = (0..count).find(|&i| is_outside(i) && !is_outside(i + count - 1)) else {
         return Some(());
     };
     let outside = (start..).take_while(|&i| is_outside(i)).count();
-    // Keeps the rays from the end of the last such face round to the start of the first.
+    // Keeps the rays from the end of the last such face, cyclically, to the start of the first.
     let kept = (start + outside..=start + count).map(|i| hull[i % count]);
     let new: Vec<DVec3> = kept.chain([point]).collect();
     *hull = new;

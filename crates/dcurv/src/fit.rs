@@ -1,35 +1,33 @@
-//! Curvature of quadratic surfaces fitted to the rings round each vertex.
+//! Curvature of quadratic surfaces fitted to the rings around each vertex.
 //!
-//! The estimate for whoever wants numbers at points. As in [`principal`](crate::principal), the
-//! height function over the tangent plane
+//! The estimator for values at points. As in [`principal`](crate::principal), the height function over the tangent
+//! plane
 //!
 //! `z = px x + py y + xx x²/2 + xy x y + yy y²/2`
 //!
-//! through the vertex is fitted to points round it by least squares (the 2-jet of Cazals and Pouget
-//! 2005, Estimating differential quantities using polynomial fitting of osculating jets), and the
-//! principal curvatures and directions are those of its shape operator at the vertex. Here the
-//! points are all vertices of a number of rings. Two rings, about eighteen points for five unknowns,
-//! average noise of the positions out to some degree, each further ring more so, and round details
-//! off that are not larger than the rings.
+//! through the vertex is fitted to points around it by least squares (the 2-jet of Cazals and Pouget 2005, Estimating
+//! differential quantities using polynomial fitting of osculating jets). The principal curvatures and directions are
+//! the eigenvalues and eigenvectors of its shape operator at the vertex. Here the points are all vertices of a number
+//! of rings. Two rings, about eighteen points for five unknowns, partly average out noise of the positions. More rings
+//! reduce noise further, but smooth details that are not larger than the rings.
 //!
-//! **Convergence.** With points no farther than `h`, the curvatures err by `O(h)` at every vertex,
-//! whatever the triangles look like, and by `O(h²)` where the rings tend to point-symmetric ones.
-//! The tangent plane may be off by `O(h)` and more: the slopes `px`, `py` are fitted as well.
+//! **Convergence.** With points no farther than `h`, the error of the curvatures is `O(h)` at every vertex, for
+//! triangles of any shape, and `O(h²)` where the rings tend to point-symmetric ones. The tangent plane may be off by
+//! `O(h)` and more: the slopes `px`, `py` are fitted as well.
 //!
-//! **Boundary.** Rings at the boundary are cut off, and the fit is one-sided: still `O(h)`, with a
-//! larger constant. Where two rings have fewer than [`LEAST_POINTS`] points, as at corners, further
-//! rings are added until there are as many or the piece of the surface is exhausted.
+//! **Boundary.** Rings at the boundary are cut off, and the fit is one-sided: still `O(h)`, with a larger constant.
+//! Where two rings have fewer than [`LEAST_POINTS`] points, as at corners, further rings are added until there are
+//! enough points or the connected component has no more.
 //!
-//! **Cost.** As many steps as there are points, about 18 for two rings, 36 for three. Round vertices
-//! with very many edges rings are cut short at [`FitOptions::most_points`], so that no mesh takes
-//! quadratic time.
+//! **Cost.** The time is proportional to the number of points, about 18 for two rings, 36 for three. At vertices with
+//! very many edges the number of points is limited to [`FitOptions::most_points`], so that no mesh takes quadratic
+//! time.
 
 use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use crate::principal::{PrincipalFrame, fit_frame};
 
-/// How many points a fit needs at least, where the surface has them: some more than the five
-/// unknowns.
+/// The smallest number of points of a fit, if the surface has enough: slightly more than the five unknowns.
 pub const LEAST_POINTS: usize = 8;
 
 /// Which points are fitted.
@@ -37,10 +35,9 @@ pub const LEAST_POINTS: usize = 8;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct FitOptions {
-    /// How many rings round the vertex, at least 1. 2 by default.
+    /// The number of rings around the vertex, at least 1. 2 by default.
     pub rings: usize,
-    /// When there are as many points, no further ones beyond the first ring are added. 128 by
-    /// default.
+    /// No further points are added beyond the first ring once this number is reached. 128 by default.
     pub most_points: usize,
 }
 
@@ -88,8 +85,8 @@ pub fn fitted_frames(mesh: &TriMesh, options: &FitOptions) -> VertexMap<Option<P
     all_frames(mesh, options, &|| false)
 }
 
-/// As [`fitted_frames`], until `stops` says so, which is asked before each vertex by any thread and
-/// stays with its answer; `None` then.
+/// As [`fitted_frames`], until `stops` returns true; then `None`. Any thread calls `stops` before each vertex. Once
+/// true, it must stay true.
 #[must_use]
 pub fn fitted_frames_until(
     mesh: &TriMesh,
@@ -100,7 +97,7 @@ pub fn fitted_frames_until(
     (!stops()).then_some(found)
 }
 
-/// None for the vertices that are left once it was stopped.
+/// `None` for the vertices after `stops` has returned true.
 fn all_frames(
     mesh: &TriMesh,
     options: &FitOptions,
@@ -116,9 +113,9 @@ fn all_frames(
     VertexMap::from_vec(parallel::collect_with(count, || Rings::new(mesh), fit))
 }
 
-/// Memory for the rings round a vertex.
+/// Memory for the rings around a vertex.
 struct Rings {
-    /// One more than the index of the vertex whose rings this vertex was in last.
+    /// One more than the index of the last vertex whose rings contained this vertex.
     seen_from: Vec<u32>,
     /// The points, ring after ring.
     points: Vec<VertexId>,
@@ -142,7 +139,7 @@ impl Rings {
         fit_frame(mesh, vertex, scale, |add| self.points.iter().for_each(|&v| add(v)))
     }
 
-    /// Collects the vertices of the rings round a vertex.
+    /// Collects the vertices of the rings around a vertex.
     fn collect(&mut self, mesh: &TriMesh, vertex: VertexId, options: &FitOptions) {
         let topology = mesh.topology();
         let mark = vertex.get() + 1;

@@ -1,17 +1,15 @@
 //! Principal directions from a fitted quadratic surface.
 //!
-//! Angles and dihedral angles give the sizes of the principal curvatures, but no directions. These
-//! come from the 2-jet of Cazals and Pouget 2005, Estimating differential quantities using
-//! polynomial fitting of osculating jets: the quadratic height function through the vertex that
-//! fits the points round it best. Unlike averages of a curvature tensor over the star (Cohen-Steiner
-//! and Morvan 2003, Rusinkiewicz 2004), whose error does not fall with refinement unless the star
-//! is symmetric, its curvatures converge at every vertex with the first order in the edge length,
-//! whatever the triangles look like, and with the second order on symmetric stars.
+//! Angles and dihedral angles give the sizes of the principal curvatures, but no directions. The directions come from
+//! the 2-jet of Cazals and Pouget 2005, Estimating differential quantities using polynomial fitting of osculating jets:
+//! the quadratic height function through the vertex that best fits the points around it. Its curvatures converge at
+//! every vertex with first order in the edge length, for triangles of any shape, and with second order on symmetric
+//! stars. The error of averages of a curvature tensor over the star (Cohen-Steiner and Morvan 2003, Rusinkiewicz 2004),
+//! by contrast, falls with refinement only on symmetric stars.
 //!
-//! The points are the neighbours of the vertex and, beyond each edge that faces it, the apex of the
-//! face on the other side: about twelve, for five unknowns. That their number is bounded by twice
-//! the valence keeps the whole mesh linear, also round vertices with very many edges. More points,
-//! for noisy surfaces, are taken by [`fit`](crate::fit).
+//! The points are the neighbours of the vertex and, across each edge opposite to it, the apex of the face on the other
+//! side: about twelve, for five unknowns. Their number is at most twice the valence, so the whole mesh takes linear
+//! time, even with vertices of very high valence. For noisy surfaces, [`fit`](crate::fit) uses more points.
 
 use glam::DVec3;
 use mesh_core::{Handle, Topology, TriMesh, VertexId, VertexMap, parallel};
@@ -26,8 +24,8 @@ pub struct PrincipalFrame {
     pub k_max: Pointwise,
     /// The smaller principal curvature, per model unit.
     pub k_min: Pointwise,
-    /// The unit tangent, up to sign, along which the normal curvature is `k_max`. Where both
-    /// curvatures are the same every tangent is principal, and this is one of them.
+    /// The unit tangent, up to sign, along which the normal curvature is `k_max`. If both curvatures are equal, every
+    /// tangent is principal, and this is one of them.
     pub direction_max: DVec3,
     /// The unit tangent `normal x direction_max`.
     pub direction_min: DVec3,
@@ -51,9 +49,8 @@ impl PrincipalFrame {
 
 /// The principal curvatures and directions of a vertex.
 ///
-/// `None` where the points round the vertex do not determine a quadratic surface, or where the
-/// vertex has no normal: at isolated vertices, at corners with fewer than five points round them,
-/// in degenerate triangles.
+/// `None` where the points around the vertex do not determine a quadratic surface, or where the vertex has no normal:
+/// at isolated vertices, at corners with fewer than five points around them, in degenerate triangles.
 ///
 /// # Panics
 /// When the vertex is out of range for this mesh.
@@ -65,8 +62,8 @@ pub fn principal_frame(mesh: &TriMesh, vertex: VertexId) -> Option<PrincipalFram
     fit_frame(mesh, vertex, scale, |add| visit_fit_points(mesh.topology(), vertex, add))
 }
 
-/// The frame of the quadratic height function over the tangent plane of a vertex that fits the
-/// visited vertices best. `scale` is about as long as they are far away.
+/// The frame of the quadratic height function over the tangent plane of a vertex that best fits the visited vertices.
+/// `scale` is a length similar to their distances.
 pub(crate) fn fit_frame(
     mesh: &TriMesh,
     vertex: VertexId,
@@ -88,8 +85,8 @@ pub fn principal_frames(mesh: &TriMesh) -> VertexMap<Option<PrincipalFrame>> {
     }))
 }
 
-/// Visits the neighbours of a vertex and the apexes beyond the edges that face it. An apex may come
-/// more than once, which gives it more weight.
+/// Visits the neighbours of a vertex and the apexes across the edges opposite to it. An apex may be visited more than
+/// once, which increases its weight.
 fn visit_fit_points(topology: &Topology, vertex: VertexId, visit: &mut dyn FnMut(VertexId)) {
     for h in topology.outgoing(vertex) {
         visit(topology.target(h));
@@ -215,7 +212,7 @@ pub(crate) struct Axes {
 }
 
 impl Axes {
-    /// Those of the matrix with the rows `(ee, ef)` and `(ef, ff)`.
+    /// The axes of the matrix with the rows `(ee, ef)` and `(ef, ff)`.
     pub(crate) fn of([ee, ef, ff]: [f64; 3]) -> Self {
         let (mean, half_difference) = (0.5 * (ee + ff), 0.5 * (ee - ff));
         let radius = half_difference.hypot(ef);

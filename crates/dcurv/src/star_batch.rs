@@ -1,10 +1,10 @@
 //! Vectorised evaluation of the stars of a block of vertices.
 //!
-//! In a single star each step depends on the one before. Here the edge vectors (spokes) of many stars are
-//! stored in flat arrays, so that plain loops evaluate all faces and then all edges. Compilers vectorise
-//! these loops, and `fearless_simd` selects the widest instructions of the processor. Formulas and order
-//! of summation are those of [`VertexStar`](crate::VertexStar) and
-//! [`willmore_energy`](crate::willmore_energy), so results have the same bits at any width.
+//! In a single star each step depends on the one before. Here the edge vectors (spokes) of many stars are stored in
+//! flat arrays, so that plain loops evaluate all faces and then all edges. Compilers vectorise these loops, and
+//! `fearless_simd` selects the widest instructions of the processor. Formulas and order of summation are the same as in
+//! [`VertexStar`](crate::VertexStar) and [`willmore_energy`](crate::willmore_energy), so results have the same bits at
+//! any width.
 
 use core::f64::consts::TAU;
 use core::iter::zip;

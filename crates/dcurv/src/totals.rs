@@ -6,7 +6,7 @@ use crate::curvatures::Curvatures;
 use crate::quantity::{Area, Integral};
 use crate::vertex::VertexCurvature;
 
-/// Sums over the vertices of a mesh. Symbols are those of the papers; a bar denotes an integral.
+/// Sums over the vertices of a mesh. The symbols are taken from the papers; a bar denotes an integral.
 ///
 /// The Gaussian curvature of boundary vertices is 0, except in `gaussian`; see [`VertexCurvature`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -15,7 +15,7 @@ fn mesh(soup: Result<PolygonSoup, ShapeError>) -> TriMesh {
     TriMesh::from_soup(&soup.unwrap()).unwrap()
 }
 
-/// The largest errors over a region, and those of integrals over it.
+/// The largest errors over a region, and the errors of integrals over it.
 struct Errors {
     k: f64,
     h: f64,
@@ -62,8 +62,8 @@ impl Refined {
         Self { name, errors: REFINEMENTS.map(|n| errors(&mesh(refined(n)), surface, region)) }
     }
 
-    /// The order of the last refinement and the mean one of all three. An error that is nothing
-    /// but rounding has converged.
+    /// The order of the last refinement and the mean order of all three. An error at the level of rounding has
+    /// converged.
     fn orders(&self, what: &str, error: impl Fn(&Errors) -> f64) -> [f64; 2] {
         let errors = self.errors.each_ref().map(|e| error(e).abs());
         let order = |coarse: f64, fine: f64, steps: f64| {
@@ -145,7 +145,7 @@ fn cylinder() {
     let [_, h] = refined.orders("integral of H", |e| e.integral_h);
     let [_, fitted] = refined.orders("fitted k", |e| e.fitted);
     assert!(h >= 1.2 && fitted >= 0.7);
-    // The exact integral is 0, and what is found is the noise of the region's rim.
+    // The exact integral is 0; the computed value is the noise of the region's rim.
     refined.orders("integral of K", |e| e.integral_k);
     assert!(refined.errors[3].integral_k.abs() < 1e-3);
 }
@@ -181,8 +181,8 @@ fn ellipsoid() {
         .assert_integrated();
 }
 
-/// What the documentation warns of: the estimates of the papers are not those of the surface at
-/// every vertex of every mesh, however fine. The fitted ones are.
+/// A warning of the documentation: the estimates of the papers do not converge to the surface at every vertex of every
+/// mesh. The fitted ones do.
 #[test]
 fn pointwise_values_need_not_converge_where_stars_are_not_symmetric() {
     let icosphere = |n: usize| ELLIPSOID.icosphere(n.ilog2() - 2);

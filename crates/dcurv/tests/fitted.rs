@@ -95,7 +95,7 @@ fn fits_are_one_sided_at_the_boundary_and_still_converge() {
     let saddle = |n| SADDLE.irregular_mesh(n, Irregular::default()).unwrap();
     let [curvature, _] = orders("saddle with its boundary", &SADDLE, &everywhere, 2, &saddle);
     assert!(curvature >= 0.7);
-    // Two triangles have no neighbourhood to speak of; a corner with few has just enough.
+    // Two triangles have too few points; a corner with few edges has just enough.
     let square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
     let two = TriMesh::from_triangles(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     assert!(fitted_frames(&two, &FitOptions::default()).iter().all(|(_, f)| f.is_none()));

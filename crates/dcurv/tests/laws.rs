@@ -1,4 +1,4 @@
-//! What holds on every mesh: Gauss and Bonnet, scale, place, orientation, and equal bits.
+//! Laws for every mesh: Gauss-Bonnet, scale, position, orientation, and equal bits.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use core::f64::consts::TAU;
@@ -108,8 +108,8 @@ fn scale_multiplies_by_powers_of_itself() {
     }
 }
 
-/// Moving a mesh by a million of its diagonals takes six digits off its coordinates; curvature is
-/// a second difference of them. A coarse mesh keeps the other nine, less what its step costs.
+/// Moving a mesh by a million of its diagonals removes six digits from its coordinates; curvature is a second
+/// difference of them. A coarse mesh keeps the other nine digits, minus the loss by its step size.
 #[test]
 fn place_changes_nothing_but_the_digits_of_the_coordinates() {
     let soup = Torus { major: 2.0, minor: 1.0 }.mesh(24, 16).unwrap();
@@ -122,7 +122,7 @@ fn place_changes_nothing_but_the_digits_of_the_coordinates() {
         println!("relative change {:e}", (there / here - 1.0).abs());
         assert!((there / here - 1.0).abs() < 1e-6);
     }
-    // The rounded coordinates are the mesh: brought back, which is exact, they give the same.
+    // The mesh with rounded coordinates gives the same values after the exact move back.
     let mut back = moved.clone();
     back.positions_mut().iter_mut().for_each(|p| *p -= shift);
     let back = curvatures(&mesh(&back), VertexArea::Voronoi).totals();
@@ -173,7 +173,7 @@ fn one_vertex_and_whole_mesh_give_the_same_bits() {
     }
 }
 
-/// Against one vertex after the other, which is also what runs without the `rayon` feature.
+/// Against one vertex after the other, as without the `rayon` feature.
 #[test]
 fn bits_do_not_depend_on_threads() {
     let soup = Torus { major: 2.0, minor: 1.0 }.mesh(200, 150).unwrap();
@@ -199,7 +199,7 @@ fn degenerate_meshes_have_values() {
     let p = DVec3::new(1.0, 2.0, 3.0);
     let q = DVec3::new(4.0, 4.0, 4.0);
     let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
-    // All points in one place; in two; on a line; and an isolated vertex each time.
+    // All points at one position; at two; on a line; each time with an isolated vertex.
     for points in [[p; 4], [p, q, p, q], [p, q, 0.5 * (p + q), 2.0 * q - p]] {
         let mut positions = points.to_vec();
         positions.push(q);

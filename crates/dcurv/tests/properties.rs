@@ -39,7 +39,7 @@ fn grid(random: &mut SplitMix64) -> TriMesh {
     TriMesh::from_triangles(&points, &triangles).unwrap()
 }
 
-/// F2, the sums of K and |K| and the extrinsic curvature: what face splits do not change.
+/// F2, the sums of K and |K| and the extrinsic curvature, which face splits do not change.
 fn integrals(mesh: &TriMesh) -> [f64; 5] {
     let options = CurvatureOptions { area: VertexArea::Voronoi };
     let totals = Curvatures::of(mesh, &options).totals();
@@ -170,7 +170,7 @@ fn convex_surfaces_have_no_negative_part() {
     assert!((total_extrinsic_curvature(&sphere).value() - 4.0 * PI).abs() < 1e-10);
 }
 
-/// The right side of a saddle: no half-space contains its star.
+/// A saddle: no half-space contains the star of its centre.
 #[test]
 fn saddle_vertices_have_no_positive_part() {
     let points =

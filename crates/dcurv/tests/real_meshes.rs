@@ -1,4 +1,4 @@
-//! What holds on every mesh, on the meshes of a folder.
+//! Laws for every mesh, on the meshes of a folder.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use core::f64::consts::TAU;
@@ -37,7 +37,7 @@ fn gauss_bonnet_and_finite_values_on_real_meshes() {
             + topology.face_count() as f64;
         let all = Curvatures::of(&mesh, &CurvatureOptions::default());
         let totals = all.totals();
-        // Relative to what is added up: the sizes of all defects.
+        // Relative to the sum of the sizes of all defects.
         let added = all.vertices().as_slice().iter();
         let size: f64 = added.map(|at| at.integrals().angle_defect.value().abs()).sum();
         let residual = (totals.gaussian.value() - TAU * euler).abs() / size.max(TAU);
@@ -83,7 +83,7 @@ fn fits_and_averages_are_finite_on_real_meshes() {
     for (name, mesh) in meshes() {
         let frames = fitted_frames(&mesh, &FitOptions::default());
         let fitted = frames.iter().filter(|(_, frame)| frame.is_some()).count();
-        // Where triangles are of very different sizes, a ball may hold most of the mesh.
+        // If the sizes of triangles differ strongly, a ball may contain most of the mesh.
         if mesh.topology().face_count() > 15_000 {
             continue;
         }

@@ -1,4 +1,4 @@
-//! What is written can be read.
+//! Written values can be read again.
 #![cfg(feature = "serde")]
 #![allow(clippy::unwrap_used)]
 

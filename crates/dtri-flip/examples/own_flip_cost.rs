@@ -1,4 +1,4 @@
-//! A cost of one's own, in a few lines: edges that run along a direction, as on a brushed surface.
+//! A custom cost: edges that run along a direction, as on a brushed surface.
 #![allow(missing_docs, clippy::print_stdout)]
 
 use dtri_flip::{Change, FlipCost, FlipOptions, Quad, Stencil, optimise};
@@ -6,7 +6,7 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexId};
 use mesh_shapes::Torus;
 
-/// The sum over the edges of the part of their length that is across a direction.
+/// The sum over the edges of the length across a direction.
 struct Across(DVec3);
 
 impl Across {

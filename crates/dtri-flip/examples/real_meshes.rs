@@ -44,7 +44,7 @@ fn main() {
     }
 }
 
-/// The processor time used so far, where the system tells: other load does not disturb it much.
+/// The processor time used so far, if the system reports it. It hardly depends on other load.
 fn cpu_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after_name = stat.rsplit(')').next().unwrap_or_default();

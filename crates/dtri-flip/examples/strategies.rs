@@ -1,4 +1,4 @@
-//! Greedy, look-ahead, annealing and rebuilding on the same scrambled sphere: how low each gets.
+//! Greedy, look-ahead, annealing and rebuilding on the same scrambled sphere: the costs that they reach.
 #![allow(missing_docs, clippy::print_stdout)]
 
 use std::ops::ControlFlow;
@@ -10,7 +10,7 @@ use mesh_core::TriMesh;
 use mesh_shapes::{Sphere, scramble};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // The convex hull is the best triangulation of these points; the scrambled one starts far off.
+    // The convex hull is the best triangulation of these points; the scrambled one is far from it.
     let hull = TriMesh::from_soup(&Sphere { radius: 1.0 }.random_hull(120, 1)?)?;
     let mut start = hull.clone();
     scramble(&mut start, 100, &mut SplitMix64::new(1), |_, _| true);

@@ -142,9 +142,9 @@ impl Anneal {
 /// does not lower the cost or violates a constraint on single flips. Patches have from three to `largest`
 /// vertices. Vertices at the boundary, at feature edges and at locked edges stay.
 ///
-/// For points of a convex surface this finds the convex hull, the minimum of F2 and F3, from any
-/// triangulation, with [`ShapeConstraint::Unrestricted`]; see `cargo run -p benches -- convex-study`. The faces of a closed mesh must point outwards; the
-/// mesh is never turned inside out. The result is never worse than that of greedy descent. The same seed
+/// For points of a convex surface this finds the convex hull, the minimum of F2 and F3, from any triangulation, with
+/// [`ShapeConstraint::Unrestricted`]; see `cargo run -p benches -- convex-study`. The faces of a closed mesh must point
+/// outwards; the mesh is never turned inside out. The result is never worse than that of greedy descent. The same seed
 /// gives the same result.
 ///
 /// The effort is proportional to the number of vertices and grows slowly with `largest`.

@@ -124,8 +124,8 @@ fn fold_guard_keeps_faces_near_their_quadrilateral() {
     assert!(refused > 0);
 }
 
-/// All pairs of faces that cross, found with a grid and floating-point geometry of its own: an edge
-/// of one that passes through the inside of the other.
+/// All pairs of faces that cross, found with a grid and independent floating-point geometry: an edge of one face passes
+/// through the inside of the other.
 fn crossings(mesh: &TriMesh) -> usize {
     let topology = mesh.topology();
     let count = topology.edge_count().max(1) as f64;
@@ -219,7 +219,7 @@ fn guard_introduces_no_self_intersection() {
 
 #[test]
 fn guard_keeps_a_scrambled_sphere_apart() {
-    // Free scrambles cross themselves; embedded ones do not.
+    // Scrambles without constraint cross themselves; embedded ones do not.
     for seed in 0..5 {
         let mut mesh = mesh_of(&Sphere { radius: 1.0 }.random_hull(100, seed).unwrap());
         let starlike = |mesh: &TriMesh, edge: EdgeId| {

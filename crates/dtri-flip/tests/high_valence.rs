@@ -29,7 +29,7 @@ fn cone(faces: u32) -> TriMesh {
     TriMesh::from_triangles(&points, &triangles).unwrap()
 }
 
-/// A cost that counts how many flips it is asked about.
+/// A cost that counts the flips it evaluates.
 struct Counted {
     cost: VertexCost,
     asked: AtomicU64,
@@ -86,7 +86,7 @@ fn flips_of_a_cone_are_asked_about_a_bounded_number_of_times_each() {
             assert!((cost.total(&mesh) - report.cost_after).abs() <= 1e-12 * report.cost_after);
             counted.asked.into_inner() as f64 / report.flips as f64
         });
-        // All round the apex for each flip would be thousands, and four times as many.
+        // Evaluating the whole star of the apex for each flip would take thousands, and four times as many.
         assert!(asked[1] < 600.0 && asked[1] < 2.0 * asked[0], "{function:?}: {asked:?}");
     }
 }
@@ -159,7 +159,7 @@ fn look_ahead_has_a_bound() {
 fn the_first_look_at_all_rows_can_be_stopped() {
     let mut start = mesh_of(&Sphere { radius: 1.0 }.random_hull(2000, 9).unwrap());
     flip(&mut start, CostName::F2, &FlipOptions::default());
-    // All rows of eight from thousands of edges would take hours.
+    // All sequences of eight flips from thousands of edges would take hours.
     let options = FlipOptions { look_ahead: 8, ..FlipOptions::default() };
     let limited = FlipOptions { time_limit: Some(Duration::from_millis(50)), ..options.clone() };
     let report = flip(&mut start.clone(), CostName::F2, &limited);

@@ -1,4 +1,4 @@
-//! Rebuilding: what it finds, and what it keeps.
+//! Rebuilding: its results, and the constraints it keeps.
 #![allow(clippy::unwrap_used)]
 
 use core::ops::ControlFlow;
@@ -18,7 +18,7 @@ fn rebuilding(seed: u64) -> FlipOptions {
     FlipOptions { rebuild: Some(Rebuild { seed, ..Rebuild::default() }), ..FlipOptions::default() }
 }
 
-/// The hull of random points, and the same after many random flips.
+/// The hull of random points, and the mesh after many random flips.
 fn tangled(points: usize, flips: usize, seed: u64) -> (TriMesh, TriMesh) {
     let hull = mesh_of(&Sphere { radius: 1.0 }.random_hull(points, seed).unwrap());
     let mut mesh = hull.clone();
@@ -31,8 +31,8 @@ fn run(mesh: &mut TriMesh, cost: CostName, options: &FlipOptions) -> FlipReport 
     cost.optimise(mesh, VertexArea::Voronoi, options, go_on).unwrap()
 }
 
-/// Greedy and annealing end at two to six times the cost of the hull from such starts. A tangle has no
-/// shape to keep.
+/// From such starts, greedy descent and annealing end at two to six times the cost of the hull. A tangle has no shape
+/// to keep.
 #[test]
 fn the_hull_is_found_from_a_tangle() {
     for (seed, cost) in [(0, CostName::F2), (1, CostName::F2), (2, CostName::F2), (3, CostName::F3)]

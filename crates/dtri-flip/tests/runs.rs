@@ -1,4 +1,4 @@
-//! What holds for every run, on random small meshes and real ones.
+//! Properties of every run, on random small meshes and real ones.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::ops::ControlFlow;
@@ -15,7 +15,7 @@ fn run(mesh: &mut TriMesh, cost: CostName, options: &FlipOptions) -> FlipReport 
     cost.optimise(mesh, VertexArea::Voronoi, options, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// The cost by way of `dcurv` and `mesh-core` alone, where these have it.
+/// The cost computed with `dcurv` and `mesh-core` alone, if they provide it.
 fn independent(mesh: &TriMesh, cost: CostName) -> Option<f64> {
     let options = CurvatureOptions { area: VertexArea::Voronoi };
     let totals = Curvatures::of(mesh, &options).totals();
@@ -182,7 +182,7 @@ fn planar_points_become_delaunay() {
     }
 }
 
-/// A grid with a hole, its points moved, many of them onto each other or into line.
+/// A grid with a hole; its points are moved, and many coincide or are collinear.
 fn rough_grid(size: u32, seed: u64, levels: u32) -> TriMesh {
     let mut random = SplitMix64::new(seed);
     let at = |i: u32, j: u32| i * (size + 1) + j;

@@ -1,4 +1,4 @@
-//! Options and reports come back from JSON as they were.
+//! Options and reports are unchanged after a round trip through JSON.
 #![cfg(feature = "serde")]
 #![allow(clippy::unwrap_used)]
 

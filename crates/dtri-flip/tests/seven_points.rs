@@ -62,7 +62,7 @@ fn depth_three_and_annealing_reach_the_hull() {
             let (mesh, report) = run(cost, &options);
             let expected = if cost == CostName::F1 { &given } else { &convex };
             assert_eq!(&face_set(&mesh), expected, "{cost} {options:?} {report:?}");
-            // Undone flips leave other start corners, and sums in another order round differently.
+            // Undone flips leave other start corners, and sums in another order are rounded differently.
             let rounding = 1e-14 * report.cost_before;
             assert!(report.cost_after <= report.cost_before + rounding, "{cost} {report:?}");
         }
@@ -91,7 +91,7 @@ fn brute_force_confirms_the_global_minima() {
         }
         front = next;
     }
-    // Flips can turn a small closed mesh inside out: each triangulation comes with both sides out.
+    // Flips can turn a small closed mesh inside out: each triangulation occurs with both orientations.
     println!("{} oriented triangulations", known.len());
     assert_eq!(known.len(), 2 * 5712);
     for (cost, given, convex) in COSTS {

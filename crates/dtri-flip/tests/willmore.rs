@@ -30,7 +30,7 @@ fn paper_torus_by_the_literal_rule() {
         println!("{} flips, W {:.4}, {after:?} {}", report.flips, report.cost_after, report.stop);
         assert!((report.cost_before - 180.22).abs() < 0.005);
         assert_eq!(report.stop, Stop::LocalMinimum);
-        // On the whole the mesh gets nearer to the torus, while the energy and the maximum rise.
+        // On average the mesh gets nearer to the torus, while the energy and the maximum rise.
         assert!(report.cost_after > report.cost_before);
         assert!(after.mean < start.mean && after.max > start.max);
         let same = report.flips == 67 && (report.cost_after - 187.20).abs() < 0.005;

@@ -7,11 +7,11 @@ use crate::cost::CostModifier;
 pub struct Policies<C, P> {
     /// Cost of a collapse.
     pub cost: C,
-    /// What changes the cost, one after the other.
+    /// Modifiers of the cost, applied in order.
     pub modifiers: Vec<Box<dyn CostModifier>>,
     /// Position of the remaining vertex.
     pub placement: P,
-    /// Constraints besides those of [`Protect`](crate::Protect).
+    /// Constraints in addition to those that [`Protect`](crate::Protect) implies.
     pub constraints: Constraints,
     /// Order of the collapses.
     pub schedule: Schedule,
@@ -31,22 +31,22 @@ impl<C, P> Policies<C, P> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Schedule {
-    /// In rounds of the cheapest few percent of the edges. Within a round, neighbours follow each other, whatever they
-    /// cost. Each edge is evaluated when its turn comes: if it has become more expensive than the round, it waits. A
-    /// cost that has fallen is noticed late.
+    /// In rounds of the cheapest few percent of the edges. Within a round, neighbouring edges follow each other,
+    /// independent of their costs. Each edge is evaluated when its turn comes: if it has become more expensive than the
+    /// limit of the round, it waits. A decrease of a cost is noticed late.
     #[default]
     Lazy,
-    /// As `Lazy`, but large meshes are cut into blocks of 4096 vertices. All cores collapse blocks side by side up to a
-    /// common cost, then blocks that lie across the borders of these; from five quarters of the wanted faces on, the
-    /// mesh is collapsed in one piece. It takes a fraction of the time and memory, and gives the same bits on any number
-    /// of threads.
+    /// As `Lazy`, but large meshes are cut into blocks of 4096 vertices. All cores collapse blocks in parallel, up to a
+    /// common cost. Then new blocks are cut across the borders of the old ones. Below 1.25 times the wanted number of
+    /// faces, the mesh is collapsed in one piece. This takes a fraction of the time and memory, and gives the same bits
+    /// for any number of threads.
     ///
-    /// Blocks know accumulated quadrics ([`GarlandHeckbert`](crate::GarlandHeckbert)), optimal placement,
-    /// [`NormalConstraint`](crate::NormalConstraint) and [`ShapeConstraint`](crate::ShapeConstraint). The crate
-    /// `simplify` decides in `simplify::Plan` which part of a run they do; a single call of
+    /// Blocks support accumulated quadrics ([`GarlandHeckbert`](crate::GarlandHeckbert)), optimal placement,
+    /// [`NormalConstraint`](crate::NormalConstraint) and [`ShapeConstraint`](crate::ShapeConstraint). In the crate
+    /// `simplify`, `simplify::Plan` decides which part of a run uses blocks; a direct call of
     /// [`collapse_edges`](crate::collapse_edges) treats this as `Lazy`.
     Parallel,
-    /// Strictly the cheapest first. All edges within [`Cost::reach`](crate::Cost::reach) of a collapse are evaluated at
-    /// once. Takes several times as long.
+    /// Strictly the cheapest first. All edges within [`Cost::reach`](crate::Cost::reach) of a collapse are evaluated
+    /// immediately. Takes several times as long.
     Exact,
 }

@@ -1,4 +1,4 @@
-//! What all policies of a run have in common: they follow the mesh.
+//! The common interface of all policies: they follow the mesh.
 
 use core::any::Any;
 
@@ -6,37 +6,36 @@ use mesh_core::{Remap, TriMesh};
 
 use crate::geometry::edge_patch::Collapse;
 
-/// A cost, placement, cost modifier or constraint: something that a run asks, and tells what it does.
+/// A cost, placement, cost modifier or constraint. A run queries it, and reports its collapses to it.
 ///
-/// A policy that keeps something per vertex brings it up to date here. One that keeps nothing needs
-/// no more than `impl Policy for Mine {}`. Nothing in it may be changed while it is asked, so that
-/// many edges can be looked at side by side: memory to work in is handed over as [`Scratch`].
+/// A policy that stores data per vertex updates it here. A policy without data needs only `impl Policy for Mine {}`.
+/// Queries cannot change the policy, so that many edges can be evaluated in parallel; they get working memory as
+/// [`Scratch`].
 pub trait Policy: Send + Sync {
-    /// Called once, before anything is asked for.
+    /// Called once, before any query.
     fn prepare(&mut self, mesh: &TriMesh) {
         let _ = mesh;
     }
 
-    /// Called after each collapse, with the mesh as it is then.
+    /// Called after each collapse, with the mesh in its new state.
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         let _ = (mesh, collapse);
     }
 
-    /// Called when the gaps that collapses leave were closed, with the mesh as it is then: whatever is
-    /// kept by handle moves to the new ones. Vertices that are not known after that have been put
-    /// into the mesh since.
+    /// Called after the gaps of collapses were closed, with the mesh in its new state. Data stored by handle must move
+    /// to the new handles. Vertices that are unknown after that were added to the mesh later.
     fn compacted(&mut self, mesh: &TriMesh, remap: &Remap) {
         let _ = (mesh, remap);
     }
 }
 
-/// What of a patch the choice of a cost or a place looks at. Less is quicker: the faces are collected for no
-/// edge but those that are as good as chosen.
+/// The data of a patch that the choice of a cost or a position uses. Less data is faster: faces are then collected only
+/// for edges that are nearly certain to collapse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Needs {
     /// The edge and its ends, and the mesh.
     Ends,
-    /// Besides, what the faces add up to: [`EdgePatch::face_quadric`](crate::EdgePatch::face_quadric) and
+    /// In addition, sums over the faces: [`EdgePatch::face_quadric`](crate::EdgePatch::face_quadric) and
     /// [`EdgePatch::volume_plane`](crate::EdgePatch::volume_plane).
     Sums,
     /// The faces.
@@ -57,16 +56,16 @@ impl<P: Policy + ?Sized> Policy for Box<P> {
     }
 }
 
-/// Memory that an evaluation may write to, so that it allocates nothing of its own.
+/// Working memory of evaluations, so that they need not allocate.
 ///
-/// Each thread has one. What is in it is whatever an evaluation, of any edge, has left there.
+/// Each thread has its own. It contains what an earlier evaluation, of any edge, has left.
 #[derive(Default)]
 pub struct Scratch {
     slots: Vec<Box<dyn Any + Send>>,
 }
 
 impl Scratch {
-    /// The memory of a type, made when it is asked for first.
+    /// The memory of this type, created at the first call.
     pub fn get<T: Default + Send + 'static>(&mut self) -> &mut T {
         let known = self.slots.iter().position(|slot| slot.is::<T>());
         let index = known.unwrap_or_else(|| {

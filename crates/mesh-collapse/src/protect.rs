@@ -1,4 +1,4 @@
-//! What must stay where it is: boundaries, features, and locked vertices.
+//! Protected parts of a mesh: boundaries, features, and locked vertices.
 
 use mesh_core::{EdgeId, EdgeMap, Remap, TriMesh, VertexId, VertexMap};
 
@@ -13,12 +13,11 @@ use crate::policy::Policy;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Boundary {
-    /// Boundary edges have quadrics of their own that keep the boundary close to where it was:
-    /// for each the plane through the edge, perpendicular to its face, with half the squared
-    /// length of the edge as weight at each end.
+    /// Boundary edges have their own quadrics, which keep the boundary close to its old position. Each edge has a plane
+    /// through it, perpendicular to its face, with half the squared edge length as the weight at each end.
     #[default]
     Quadrics,
-    /// Boundary vertices do not move and do not go.
+    /// Boundary vertices neither move nor vanish.
     Lock,
     /// The boundary is not treated specially.
     Free,
@@ -46,7 +45,7 @@ pub struct Protect {
     pub min_shape: Option<f64>,
     /// Number of vertices that every component keeps; `None` for no limit. See [`ComponentConstraint`].
     pub min_component_vertices: Option<usize>,
-    /// Whether faces must not come to cross that did not before. See [`IntersectionConstraint`].
+    /// Whether faces must not intersect if they did not before. See [`IntersectionConstraint`].
     pub forbid_intersections: bool,
 }
 
@@ -97,15 +96,14 @@ impl Protect {
     }
 }
 
-/// The locked vertices, the feature edges and the constraints of a mesh, to follow it through its
-/// collapses.
+/// The locked vertices, the feature edges and the constraints of a mesh, updated with its collapses.
 #[derive(Clone, Debug, Default)]
 pub struct Protected {
-    /// `None` when there are none.
+    /// `None` if there are none.
     pub locked: Option<VertexMap<bool>>,
-    /// `None` when none were given.
+    /// `None` if none were given.
     pub features: Option<EdgeMap<bool>>,
-    /// They have been prepared for the mesh.
+    /// The constraints, already prepared for the mesh.
     pub constraints: Constraints,
 }
 
@@ -144,8 +142,7 @@ impl Protected {
         self.features.as_ref().is_some_and(|features| features[e])
     }
 
-    /// Follows a collapse; `merged` are the edges that it has glued together, those that are gone
-    /// first.
+    /// Updates the data after a collapse; `merged` are pairs of edges that were merged, the removed edge first.
     pub fn collapsed(
         &mut self,
         mesh: &TriMesh,
@@ -164,7 +161,7 @@ impl Protected {
         self.constraints.collapsed(mesh, collapse);
     }
 
-    /// The marks of the mesh without gaps, as it is now.
+    /// The protected elements of the mesh after its gaps were closed.
     pub fn compact(&self, mesh: &TriMesh, remap: &Remap) -> Self {
         let locked = self.locked.as_ref().map(|map| map.compact(remap));
         let features = self.features.as_ref().map(|map| map.compact(remap));

@@ -1,13 +1,13 @@
-//! Why edges are not collapsed, and how often.
+//! Reasons for rejections of edges, and their counts.
 
 use mesh_core::edit::CollapseRefusal;
 
-/// Why an edge was not collapsed.
+/// The reason why an edge was not collapsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Rejection {
-    /// The ends share a neighbour that is not opposite to the edge: edges would be glued together.
+    /// The ends share a neighbour that is not opposite to the edge: other edges would be merged.
     LinkCondition,
     /// An interior edge joins two boundary vertices: the surface would be pinched.
     JoinsBoundaries,
@@ -23,19 +23,19 @@ pub enum Rejection {
     NormalTurn,
     /// A face would become a sliver or lose its area.
     Sliver,
-    /// A component would become smaller than it may.
+    /// A component would become too small.
     Component,
-    /// Faces would run into each other.
+    /// Faces would intersect.
     Intersection,
-    /// A face would turn over in the texture.
+    /// A face would fold over in the texture.
     TextureFold,
     /// The mesh would be too far from the original.
     Distance,
-    /// An end of the edge has too many edges; it is tried again once enough of them are gone.
+    /// An end of the edge has too many edges; the edge is tried again when it has fewer.
     Valence,
-    /// The cost or the new place is not a number.
+    /// The cost or the new position is not a number.
     NotFinite,
-    /// Something else, rejected by a constraint from outside this crate.
+    /// A custom constraint rejected the collapse for another reason.
     Other,
 }
 
@@ -94,7 +94,7 @@ impl From<CollapseRefusal> for Rejection {
     }
 }
 
-/// How often edges were rejected, by reason. An edge that was tried several times counts each time.
+/// Numbers of rejections, by reason. An edge that was tried several times counts each time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rejections([usize; Rejection::ALL.len()]);
@@ -104,7 +104,7 @@ impl Rejections {
         self.0[rejection as usize] += 1;
     }
 
-    /// Takes one back that was counted.
+    /// Reverts the count of one rejection.
     pub(crate) fn take_back(&mut self, rejection: Rejection) {
         self.0[rejection as usize] -= 1;
     }
@@ -114,19 +114,19 @@ impl Rejections {
         self.0.iter_mut().zip(other.0).for_each(|(count, more)| *count += more);
     }
 
-    /// How often for this reason.
+    /// The number of rejections for this reason.
     #[must_use]
     pub fn of(&self, rejection: Rejection) -> usize {
         self.0[rejection as usize]
     }
 
-    /// How often for any reason.
+    /// The total number of rejections.
     #[must_use]
     pub fn total(&self) -> usize {
         self.0.iter().sum()
     }
 
-    /// The reasons that occurred, with their numbers.
+    /// The reasons that occurred, with their counts.
     pub fn iter(&self) -> impl Iterator<Item = (Rejection, usize)> + '_ {
         Rejection::ALL.iter().copied().map(|r| (r, self.of(r))).filter(|&(_, count)| count > 0)
     }

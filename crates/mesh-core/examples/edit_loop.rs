@@ -1,5 +1,5 @@
-//! An edit loop of one's own: collapse the shortest edge again and again, as long as the mesh stays
-//! one, and write the result as OBJ.
+//! An edit loop: collapse the shortest edge until no edge can be collapsed without losing the manifold, and write the
+//! result as OBJ.
 //!
 //! `cargo run -p mesh-core --example edit_loop > coarse.obj`
 

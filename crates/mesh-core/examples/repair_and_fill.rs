@@ -1,5 +1,5 @@
-//! A scan with all that scans have, made sound: doubled vertices, a face twice, a face turned round,
-//! stray points, and holes.
+//! Repairs a scan with the usual defects: duplicated vertices, a duplicate face, a reversed face, stray points, and
+//! holes.
 //!
 //! `cargo run -p mesh-core --example repair_and_fill`
 #![allow(clippy::print_stdout)]

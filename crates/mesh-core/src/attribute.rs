@@ -48,7 +48,7 @@ impl<H: Handle, T> AttributeMap<H, T> {
         Self { values, handle: PhantomData }
     }
 
-    /// The value of an element, or `None` when the map is too short to have one.
+    /// The value of an element; `None` if the map is too short.
     #[must_use]
     pub fn get(&self, handle: H) -> Option<&T> {
         self.values.get(handle.index())
@@ -72,7 +72,7 @@ impl<H: Handle, T> AttributeMap<H, T> {
         self.values.is_empty()
     }
 
-    /// The values in order of index, those of removed elements included.
+    /// The values in order of index, including removed elements.
     #[must_use]
     pub fn as_slice(&self) -> &[T] {
         &self.values
@@ -117,7 +117,7 @@ impl<H: Handle, T> AttributeMap<H, T> {
         both.map(|(index, (a, b))| (H::from_index(index), a, b))
     }
 
-    /// Lengthens the map to `capacity` values; a longer map stays as it is.
+    /// Extends the map to `capacity` values; a longer map stays as it is.
     pub fn grow(&mut self, capacity: usize, value: T)
     where
         T: Clone,
@@ -127,7 +127,7 @@ impl<H: Handle, T> AttributeMap<H, T> {
         }
     }
 
-    /// Lengthens the map so that all elements of the mesh have a value.
+    /// Extends the map so that all elements of the mesh have a value.
     pub fn grow_with(&mut self, topology: &Topology, value: T)
     where
         T: Clone,
@@ -136,8 +136,8 @@ impl<H: Handle, T> AttributeMap<H, T> {
         self.grow(H::capacity(topology), value);
     }
 
-    /// Sets the value of an element, and returns the one that it had. A map that is too short is
-    /// lengthened first, with default values for the elements in between.
+    /// Sets the value of an element, and returns the previous value. A map that is too short is extended first, with
+    /// default values for the elements in between.
     pub fn insert(&mut self, handle: H, value: T) -> T
     where
         T: Clone + Default,

@@ -52,23 +52,23 @@ pub enum MeshError {
     NotATriangle {
         /// The face.
         face: usize,
-        /// How many corners it has.
+        /// The number of its corners.
         corners: usize,
     },
     /// The length of a flat array is not a multiple of three.
     #[error("there are {count} {what}, which is not a multiple of three")]
     NotInThrees {
-        /// What the array holds.
+        /// The kind of the numbers.
         what: &'static str,
-        /// How long it is.
+        /// The length of the array.
         count: usize,
     },
     /// There are not as many positions as vertices.
     #[error("there are {positions} positions for {vertices} vertices; give one for each")]
     PositionCount {
-        /// How many positions were given.
+        /// The number of positions given.
         positions: usize,
-        /// How many the topology needs.
+        /// The number of vertices of the topology.
         vertices: usize,
     },
 }
@@ -91,8 +91,8 @@ impl TriMesh {
         Self::new(topology, positions.iter().map(Position::to_dvec3).collect())
     }
 
-    /// A mesh from flat arrays: three coordinates to a vertex, three indices to a triangle;
-    /// otherwise as [`TriMesh::from_triangles`].
+    /// A mesh from flat arrays: three coordinates per vertex, three indices per triangle; otherwise as
+    /// [`TriMesh::from_triangles`].
     ///
     /// ```
     /// use mesh_core::TriMesh;
@@ -134,7 +134,7 @@ impl TriMesh {
         Self::from_triangles(soup.positions(), &triangles)
     }
 
-    /// A mesh from its parts; positions are indexed by vertex, those of removed vertices included.
+    /// A mesh from its parts; positions are indexed by vertex, including removed vertices.
     ///
     /// # Errors
     /// The number of positions does not match, or a coordinate is not finite.
@@ -149,10 +149,9 @@ impl TriMesh {
         }
     }
 
-    /// The triangles as a soup: what a file or [`crate::build()`] takes. Removed elements are left
-    /// out, and everything else keeps its order: vertex `i` of the soup is the `i`-th of
-    /// [`Topology::vertices`], face `j` the `j`-th of [`Topology::faces`], with its corners in the
-    /// order of [`Topology::face_vertices`]. Isolated vertices stay.
+    /// The triangles as a soup, for files and [`crate::build()`]. Removed elements are left out, and everything else
+    /// keeps its order: vertex `i` of the soup is the `i`-th of [`Topology::vertices`], face `j` the `j`-th of
+    /// [`Topology::faces`], with its corners in the order of [`Topology::face_vertices`]. Isolated vertices stay.
     ///
     /// ```
     /// use mesh_core::TriMesh;
@@ -285,17 +284,17 @@ impl TriMesh {
         self.topology.remove_face(removal)
     }
 
-    /// Removes all vertices without edges, and returns how many there were.
+    /// Removes all vertices without edges, and returns their number.
     pub fn remove_isolated_vertices(&mut self) -> usize {
         self.topology.remove_isolated_vertices()
     }
 
-    /// Cuts a vertex off the ring round a hole; see [`Topology::cut_off`].
+    /// Cuts a vertex off the ring around a hole; see [`Topology::cut_off`].
     pub(crate) fn cut_off(&mut self, ring: &mut Ring, place: u32) -> FaceId {
         self.topology.cut_off(ring, place)
     }
 
-    /// Closes the ring round a hole with a new vertex; see [`Topology::close_with_fan`].
+    /// Closes the ring around a hole with a new vertex; see [`Topology::close_with_fan`].
     pub(crate) fn close_with_fan(
         &mut self,
         ring: &mut Ring,

@@ -14,10 +14,10 @@ pub trait Position: Copy {
 /// An index of a vertex, of any integer type. Negative numbers and numbers beyond 32 bits become [`u32::MAX`],
 /// which is out of range in every mesh.
 pub trait VertexIndex: Copy {
-    /// The index as meshes and soups store it.
+    /// The index as stored in meshes and soups.
     fn to_u32(self) -> u32;
 
-    /// Triangles as meshes take them.
+    /// Triangles as meshes store them.
     #[doc(hidden)]
     fn triangles(given: &[[Self; 3]]) -> Cow<'_, [[u32; 3]]> {
         given.iter().map(|corners| corners.map(Self::to_u32)).collect()

@@ -1,7 +1,7 @@
-//! Random numbers: a small generator with a seed, for meshes and methods that must repeat bit for bit.
+//! Random numbers: a small generator with a seed, for meshes and methods that must be reproducible to the bit.
 
-/// The `SplitMix64` generator of Steele, Lea and Flood (2014): a few lines in any language, so that
-/// a mesh made from a seed can be made again elsewhere.
+/// The `SplitMix64` generator of Steele, Lea and Flood (2014): a few lines in any language, so that a mesh made from a
+/// seed can be reproduced elsewhere.
 ///
 /// Not for cryptography.
 #[derive(Clone, Debug)]

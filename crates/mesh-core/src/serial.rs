@@ -1,6 +1,6 @@
 //! Serde implementations for types with invariants: meshes, soups, handles, maps and samples.
 //!
-//! Deserialised data is validated: it gives a valid value or an error, whatever its origin. Types without
+//! Deserialised data is validated: any data gives a valid value or an error. Types without
 //! invariants derive their implementations.
 
 use std::borrow::Cow;

@@ -1,7 +1,7 @@
 //! Eight vectors side by side, for loops that compute with the widest instructions of the processor.
 //!
 //! All functions are inlined into the caller, which chooses the instructions with `fearless_simd::dispatch`.
-//! Sums are added in the same order as those of a single vector, so results have the same bits.
+//! Sums are added in the same order as for a single vector, so results have the same bits.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -100,7 +100,7 @@ impl<S: Simd> Vec3x8<S> {
         Self { x, y, z }
     }
 
-    /// The vectors of `then` in the lanes where the mask is set, those of `or` in the others.
+    /// The vectors of `then` in the lanes where the mask is set, and of `or` in the others.
     #[inline(always)]
     pub fn select(mask: mask64x8<S>, then: Self, or: Self) -> Self {
         Self {

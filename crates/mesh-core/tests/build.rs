@@ -1,4 +1,4 @@
-//! Building meshes from soups: what is refused, and what repairs make of it.
+//! Building meshes from soups: refusals and repairs.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use mesh_core::build::{Sample, VertexPair};
@@ -49,7 +49,7 @@ fn trap_3_coordinates_that_are_not_finite_are_refused() {
                 other => panic!("{other}"),
             }
         }
-        // Not in use and to be dropped: no reason to refuse.
+        // Unused and to be dropped: no reason to refuse.
         let built = build(&soup(&positions, &[&[0, 1, 3]]), &Repair::lenient()).unwrap();
         assert_eq!(built.report.dropped_vertices.first(), [2]);
     }
@@ -120,7 +120,7 @@ fn trap_14_a_duplicate_face_is_refused_by_name() {
     let faces: [&[u32]; 3] = [&[0, 1, 2], &[2, 1, 3], &[1, 2, 0]];
     assert_eq!(strict(&faces), expected);
     assert_eq!(lenient(&faces).report.dropped_duplicates.first(), [2]);
-    // The other way round, and although nothing else is wrong with it.
+    // With opposite orientation, and although nothing else is wrong with it.
     let pillow: [&[u32]; 2] = [&[0, 1, 2], &[2, 1, 0]];
     assert!(matches!(strict(&pillow), BuildError::DuplicateFace { face: 1, original: 0, .. }));
     assert_eq!(lenient(&pillow).report.faces_out, 1);
@@ -182,7 +182,7 @@ fn malformed_faces_are_refused_by_name() {
     assert!(matches!(error, BuildError::InvalidWeldDistance { .. }));
 }
 
-/// Two closed surfaces that touch along an edge come apart closed, without a slit.
+/// Two closed surfaces that touch along an edge are separated into closed surfaces, without a slit.
 #[test]
 fn solids_that_touch_along_an_edge_come_apart_closed() {
     let faces: [&[u32]; 8] = [
@@ -229,7 +229,7 @@ fn seams_are_welded_only_when_asked() {
     assert_eq!(welded.provenance.corner_source, [[0, 1, 2], [3, 4, 5]]);
 }
 
-/// What the parts of a build promise each other, for any soup that it accepts.
+/// Checks the invariants between the parts of a build, for any accepted soup.
 fn check_promises(soup: &PolygonSoup, built: &Built) {
     let topology = built.mesh.topology();
     topology.validate().unwrap();
@@ -261,7 +261,7 @@ fn a_sheet_that_shows_its_back_is_turned_as_a_whole() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever the triangles, the lenient build succeeds and loses only what it says.
+    /// The lenient build succeeds for any triangles and loses only what it reports.
     #[test]
     fn lenient_builds_any_triangles(
         vertices in 3_usize..12,
@@ -291,7 +291,7 @@ proptest! {
         }
     }
 
-    /// Polygons of any shape, on few vertices of which some coincide.
+    /// Polygons of any shape, on few vertices, some of which coincide.
     #[test]
     fn lenient_builds_any_polygons(
         positions in prop::collection::vec([0_u8..3, 0_u8..3, 0_u8..2], 1..10),

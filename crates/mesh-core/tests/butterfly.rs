@@ -104,8 +104,8 @@ fn removed_elements_leave_removed_children() {
     assert!((compacted.area() - expected.area()).abs() < 1e-9 * expected.area());
 }
 
-/// On a regular grid and away from its border the mask is exact for cubics with w = 1/16, for
-/// nothing beyond, and for linear functions with any w.
+/// On a regular grid, away from its border, the mask is exact for cubics with w = 1/16, not for higher degrees, and for
+/// linear functions with any w.
 #[test]
 fn the_mask_reproduces_cubics_on_a_regular_grid() {
     let grid = mesh(&Plane { half_width: 4.0 }.mesh(8, Diagonals::Uniform).unwrap());
@@ -220,7 +220,7 @@ fn weights_sum_to_one_and_have_the_published_values() {
     assert_eq!(regular[0], 0.5);
 }
 
-/// A hub (vertex 0) with `k` neighbours (1 to k) of valence six, and two rings round them.
+/// A hub (vertex 0) with `k` neighbours (1 to k) of valence six, and two rings around them.
 fn wheel(k: u32) -> Topology {
     let ring = |r: u32, i: u32| 1 + k * r * (r - 1) / 2 + i % (k * r);
     let mut faces = Vec::new();

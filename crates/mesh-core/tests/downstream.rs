@@ -1,4 +1,4 @@
-//! What a crate that uses the mesh as it is expects to find.
+//! Functions that a crate downstream of `mesh-core` needs.
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::glam::{DVec3, Vec3};
@@ -189,7 +189,7 @@ fn a_face_tree_follows_splits() {
         let made = mesh.split_face(split, position);
         tree.update(&mesh, made.faces.into_iter().chain([face]));
     }
-    // Faces that never were are no matter.
+    // Faces that were never in the mesh are ignored.
     tree.update(&mesh, [FaceId::new(1_000_000)]);
     for face in mesh.topology().faces() {
         let bounds = mesh_core::BoundingBox::of_triangle(mesh.triangle(face));
@@ -207,7 +207,7 @@ fn a_face_tree_follows_splits() {
 
 #[test]
 fn edges_between_vertices_of_many_edges_are_found() {
-    // Two hubs, with and without an edge between them, round a ring of many vertices.
+    // Two hubs, with and without an edge between them, around a ring of many vertices.
     let n = 500_u32;
     let double_cone = |i: u32| [[i, (i + 1) % n, n], [(i + 1) % n, i, n + 1]];
     let faces: Vec<[u32; 3]> = (0..n).flat_map(double_cone).collect();

@@ -68,7 +68,7 @@ fn edits() -> impl Strategy<Value = Vec<Edit>> {
     prop::collection::vec(edit, 1..200)
 }
 
-/// Applies an edit if it is legal; says whether it was.
+/// Applies an edit if it is legal; returns whether it was.
 fn apply(topology: &mut Topology, edit: Edit) -> bool {
     match edit {
         Edit::Flip(i) => {
@@ -161,7 +161,7 @@ proptest! {
     }
 }
 
-/// Replaces the origin of `h` by its target in the face list and builds the mesh anew.
+/// Replaces the origin of `h` by its target in the face list and rebuilds the mesh.
 fn gluing_leaves_the_same_surface(topology: &Topology, h: HalfEdgeId) -> bool {
     let (gone, kept) = (topology.origin(h).get(), topology.target(h).get());
     let mut distinct = std::collections::BTreeSet::new();

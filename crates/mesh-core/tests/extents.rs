@@ -1,4 +1,4 @@
-//! What is told quickly of triangles that do not cross is true.
+//! The quick tests for triangles that do not cross are correct.
 #![allow(clippy::unwrap_used)]
 
 use core::f64::consts::TAU;
@@ -31,7 +31,7 @@ fn triangles_that_cross_may_cross() {
         let mut vertices = [3, 4, 5].map(VertexId::new);
         let common = (round / 4) % 3;
         for (i, &corner) in own.iter().enumerate().take(common) {
-            // In any place of the order.
+            // At any corner.
             let at = (round / 12 + i) % 3;
             (vertices[at], other[at]) = (VertexId::new(i as u32), corner);
         }
@@ -48,7 +48,7 @@ fn triangles_that_cross_may_cross() {
     assert!(crossing.into_iter().chain(apart).all(|count| count > 1000), "{crossing:?} {apart:?}");
 }
 
-/// A closed cone with so many faces.
+/// A closed cone with this number of faces.
 fn closed_cone(faces: u32) -> TriMesh {
     let n = faces / 2;
     let rim = |i: u32| {
@@ -118,7 +118,7 @@ fn few_faces_of_a_cone_are_compared_with_each_other() {
             asked
         };
         let [small, large] = [2000, 16_000].map(asked);
-        // Eight times as many if a face is compared with a share of all.
+        // Eight times as many if each face is compared with a fixed share of all.
         assert!(large < 2 * small, "{turn}: {small} {large}");
     }
 }

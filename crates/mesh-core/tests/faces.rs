@@ -17,7 +17,7 @@ fn vertices<const N: usize>(indices: [u32; N]) -> [VertexId; N] {
     indices.map(VertexId::new)
 }
 
-/// Removes faces while that is possible, then adds them again; returns how many came back.
+/// Removes faces while that is possible, then adds them again; returns how many were added again.
 fn take_apart_and_rebuild(topology: &mut Topology, order: &[usize]) -> usize {
     let mut removed = Vec::new();
     for &i in order {
@@ -144,7 +144,7 @@ fn flips_checked_on_one_mesh_are_refused_by_another() {
     let (first, mut second) = (octahedron(), octahedron());
     let edge = first.topology().edges().next().unwrap();
     let flip = first.topology().check_flip(edge);
-    // An octahedron refuses flips: its vertices have four edges, so take what is legal there.
+    // An octahedron refuses flips: its vertices have four edges, so use the flip that is legal there.
     let flip = flip.unwrap();
     second.flip(flip);
 }
@@ -163,7 +163,7 @@ fn a_clone_accepts_what_was_checked_on_the_original_until_either_is_edited() {
     assert!(result.is_err());
 }
 
-/// A sphere with the faces removed whose centroids lie where `open` says.
+/// A sphere without the faces whose centroids satisfy `open`.
 fn sphere_with_holes(level: u32, open: impl Fn(DVec3) -> bool) -> TriMesh {
     let soup = Sphere::UNIT.icosphere(level).unwrap();
     let mesh = TriMesh::from_soup(&soup).unwrap();
@@ -218,7 +218,7 @@ fn holes_of_a_sphere_are_filled_and_the_volume_returns() {
 
 #[test]
 fn a_flat_concave_hole_is_filled_within_its_outline() {
-    // A square frame round an L-shaped hole; the fill has just the area of the L.
+    // A square frame around an L-shaped hole; the fill has exactly the area of the L.
     let at = |x: u32, y: u32| 7 * y + x;
     let points: Vec<[f64; 3]> =
         (0..49).map(|i| [f64::from(i % 7), f64::from(i / 7), 0.0]).collect();

@@ -193,7 +193,7 @@ fn nest(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever faces are reversed, wherever the model is and however large: depth decides.
+    /// The depth decides for any reversed faces, position and size of the model.
     #[test]
     fn nested_shells_alternate(seed: u64, place in 0..4_usize, share in 0.0..1.0_f64) {
         let mut random = SplitMix64::new(seed);

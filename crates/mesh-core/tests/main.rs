@@ -1,4 +1,4 @@
-//! The tests of this crate, in one program: it is linked once.
+//! The tests of this crate, in one program, so that it is linked once.
 
 mod build;
 mod butterfly;

@@ -1,4 +1,4 @@
-//! What is written can be read, and what is read is sound.
+//! Written values can be read again, and read values are sound.
 #![cfg(feature = "serde")]
 #![allow(clippy::unwrap_used)]
 
@@ -108,7 +108,7 @@ fn numbers(value: &mut Value) -> Vec<&mut Value> {
     }
 }
 
-/// Meshes with numbers changed at random are refused, or are sound: whatever walks over them ends.
+/// Meshes with numbers changed at random are refused, or are sound: iterations over them end.
 #[test]
 fn changed_numbers_never_make_a_broken_mesh() {
     let mut random = SplitMix64::new(9);

@@ -1,4 +1,4 @@
-//! Building the half-edge structure, walking it, and refusing what is not a surface.
+//! Building the half-edge structure, circulating in it, and refusing triangles that do not form a surface.
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::{FaceId, HalfEdgeId, PolygonSoup, Topology, TopologyError, TriMesh, VertexId};
@@ -105,7 +105,7 @@ fn measures_of_a_box_far_from_the_origin() {
     let measures = soup.measure();
     assert!((measures.area - 62.0).abs() < 1e-8 && (measures.volume - 30.0).abs() < 1e-8);
     assert_eq!(measures.bounds, Some(bounds));
-    // The diagonals of the quads differ from corner to corner; angle weights do not care.
+    // The diagonals of the quads differ from corner to corner; angle weights do not depend on them.
     let normals = mesh.vertex_normals();
     for (i, n) in normals.as_slice().iter().enumerate() {
         let sign = |k: usize| if i >> k & 1 == 1 { 1.0 } else { -1.0 };

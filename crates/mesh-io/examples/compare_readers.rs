@@ -2,8 +2,8 @@
 //!
 //!     cargo run --release -p mesh-io --example compare_readers --features tobj,gltf-crate -- FOLDER
 //!
-//! Every file is read five times by each reader that knows its format; the time is the least of them. Peak
-//! memory is that of the heap, the file's bytes included where a reader holds them.
+//! Every reader that supports the format of a file reads it five times; the time is the smallest of the five. Peak
+//! memory is heap memory, including the bytes of the file if a reader holds them.
 #![allow(clippy::print_stdout, reason = "the table is the result")]
 
 use mesh_io::{Model, ReadOptions, read_with};
@@ -14,10 +14,10 @@ use std::time::Instant;
 #[global_allocator]
 static HEAP: PeakAlloc = PeakAlloc;
 
-/// How often each file is read.
+/// The number of times that each file is read.
 const TIMES: usize = 5;
 
-/// A reader: vertices and triangles of a file, or why it is refused.
+/// A reader: returns the numbers of vertices and triangles of a file, or the reason for a rejection.
 type Reader = fn(&Path) -> Result<[usize; 2], String>;
 
 fn counts(model: &Model) -> [usize; 2] {

@@ -1,5 +1,5 @@
-//! Converts mesh files: `cargo run --example convert -- in.obj out.glb`. Without arguments, a cube
-//! through every format, with what each of them could not keep.
+//! Converts mesh files: `cargo run --example convert -- in.obj out.glb`. Without arguments, writes a cube in every
+//! format, and prints the losses.
 #![allow(clippy::print_stdout)]
 
 use mesh_io::{Format, Model, WriteOptions, read, write};

@@ -1,4 +1,4 @@
-//! Writes a mesh type of one's own, without a detour through another one.
+//! Writes a custom mesh type without a conversion to another type.
 #![allow(clippy::print_stdout)]
 
 use mesh_core::PolygonSoup;

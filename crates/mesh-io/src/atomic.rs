@@ -1,4 +1,4 @@
-//! Writing a file so that the old one is whole until the new one is.
+//! Atomic replacement of files: the old file stays complete until the new one is.
 
 use crate::error::{WriteError, shown};
 use std::fs::{self, File, Metadata};
@@ -6,20 +6,19 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
-/// A file that is whole and on the disk, under a temporary name in the folder of its target.
-/// Dropped, it is removed.
+/// A complete file on the disk, under a temporary name in the folder of its target. It is removed when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Beside {
-    /// Nothing when the target is a device, which has got the bytes already.
+    /// `None` if the target is a device, which has received the bytes already.
     temporary: Option<TempPath>,
     target: PathBuf,
-    /// Whether a file that is at the target by then is replaced.
+    /// Whether an existing file at the target is replaced.
     replaces: bool,
 }
 
 impl Beside {
-    /// Gives the file its place: whoever looks at the target, at any time and after any failure,
-    /// sees the old file or the new one.
+    /// Moves the file to its target. At any time, and after any failure, the target is either the old file or the new
+    /// one.
     pub(crate) fn commit(self) -> Result<(), WriteError> {
         let Some(temporary) = self.temporary else { return Ok(()) };
         let renamed = if self.replaces {
@@ -28,8 +27,8 @@ impl Beside {
             temporary.persist_noclobber(&self.target)
         };
         renamed.map_err(|error| at(&self.target, error.error))?;
-        // The rename itself survives a power failure once the folder is on the disk too. Not every
-        // file system can do that, and the file is whole either way.
+        // The rename survives a power failure only after the folder is synchronised as well. Not every file system
+        // supports that; the file is complete in either case.
         #[cfg(unix)]
         let _ = File::open(folder_of(&self.target)).and_then(|folder| folder.sync_all());
         Ok(())
@@ -42,7 +41,7 @@ impl Beside {
 /// is replaced. A target that is not a regular file (a pipe, a device) is written directly.
 ///
 /// # Errors
-/// Those of `write`, and whatever keeps the file from being made.
+/// The errors of `write`, and all errors of the creation of the file.
 pub(crate) fn prepare<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<T, WriteError>,
@@ -68,8 +67,8 @@ pub(crate) fn prepare<T>(
     }
 }
 
-/// As [`prepare`], for a file that has to be written but that nobody named: it never goes through a
-/// link. With `old`, the file that is there, it is replaced; otherwise there must be none.
+/// As [`prepare`], for a companion file that the user has not named: it is never written through a link. If `old` is
+/// given, this file is replaced; otherwise no file may exist there.
 #[cfg(feature = "obj")]
 pub(crate) fn prepare_unlinked(
     path: &Path,
@@ -82,7 +81,7 @@ pub(crate) fn prepare_unlinked(
     Ok(Beside { temporary: Some(temporary), target: path.to_owned(), replaces: old.is_some() })
 }
 
-/// Whether bytes for this path go straight to a pipe, a terminal or another device.
+/// Whether the path is a pipe, a terminal or another device, to which bytes are written directly.
 pub(crate) fn is_device(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
 }
@@ -91,7 +90,7 @@ fn at(path: &Path, source: std::io::Error) -> WriteError {
     WriteError::Io { path: Some(path.to_owned()), source }
 }
 
-/// The file that a symbolic link leads to, or `path` itself; the file need not exist.
+/// The target of a symbolic link, or `path` itself; the file need not exist.
 fn resolve_link(path: &Path) -> std::io::Result<PathBuf> {
     const MOST_LINKS: usize = 40;
     let mut target = path.to_owned();
@@ -129,7 +128,7 @@ fn write_beside<T>(
     old: Option<&Metadata>,
     write: impl FnOnce(&mut dyn Write) -> Result<T, WriteError>,
 ) -> Result<(TempPath, T), WriteError> {
-    // Dropping the temporary file, as every early return does, removes it.
+    // An early return drops the temporary file, which removes it.
     let temporary = new_temporary(folder_of(target))?;
     let mut writer = BufWriter::with_capacity(1 << 16, temporary);
     let result = write(&mut writer)?;
@@ -138,7 +137,7 @@ fn write_beside<T>(
         temporary.as_file().set_permissions(old.permissions())?;
     }
     temporary.as_file().sync_all()?;
-    // Closed, so that any number of files can wait for their places.
+    // The file is closed, so that any number of files can wait.
     Ok((temporary.into_temp_path(), result))
 }
 

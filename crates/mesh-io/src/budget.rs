@@ -1,17 +1,17 @@
-//! How much memory the content of a file may take.
+//! Limits of the memory for the content of a file.
 
 use crate::error::{Location, ReadErrorKind};
 
-/// What every file may take, however small.
+/// The memory that any file may use, independent of its size.
 pub(crate) const FLOOR: u64 = 64 << 20;
-/// What each byte of the file, and of the files that it refers to, may take beside.
+/// The additional memory for each byte of the file and of the files that it refers to.
 pub(crate) const PER_BYTE: u64 = 60;
-/// A list that grows has twice the room that it needs, and its old place while it moves to it.
+/// A growing list has twice its needed capacity, and its old memory while it is moved.
 pub(crate) const GROWING: u64 = 3;
 
-/// The account of the memory that a model takes, kept by the readers as they go.
+/// The memory account of a model, updated by the readers.
 pub(crate) struct Budget {
-    /// The limit that the caller has set.
+    /// The limit set by the caller.
     limit: Option<u64>,
     spent: u64,
     /// The bytes of the files that the content refers to.
@@ -29,7 +29,7 @@ impl Budget {
         self.others = self.others.saturating_add(bytes);
     }
 
-    /// Takes note of memory that is needed, before it is taken; `size` are the bytes of the file.
+    /// Records memory before it is allocated; `size` is the size of the file.
     pub(crate) fn spend(
         &mut self,
         bytes: u64,
@@ -41,7 +41,7 @@ impl Budget {
         Ok(())
     }
 
-    /// Whether there is room for memory that will be taken note of as it is filled.
+    /// Checks that memory is available which will be recorded as it is filled.
     pub(crate) fn require(
         &self,
         bytes: u64,

@@ -1,6 +1,6 @@
-//! Colours: from 0 to 1, and in eight bits.
+//! Colours from 0 to 1, and as bytes.
 
-/// A colour in eight bits, when that is exact for all of them.
+/// The colours as bytes, if that is exact for all of them.
 pub(crate) fn as_bytes(colors: &[[f32; 4]]) -> Option<Vec<[u8; 4]>> {
     colors.iter().map(exact_bytes).collect()
 }

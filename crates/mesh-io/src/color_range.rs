@@ -1,11 +1,11 @@
-//! Colours of files that use another range than from 0 to 1.
+//! Colours of files with a range other than 0 to 1.
 
 use crate::model::Model;
 
-/// Channels above this are not from 0 to 1. Channels between 1 and this are taken for rounding.
+/// Colours with channels above this use another range. Channels between 1 and this are treated as rounding errors.
 const ABOVE_ONE: f32 = 1.5;
 
-/// Divides colours that are above 1 by the value that stands for full intensity, and says so in the notes.
+/// Divides colours above 1 by the value of full intensity, and adds a note.
 pub(crate) fn to_unit_range(model: &mut Model) {
     for (colors, of) in [(&mut model.vertex_colors, "vertices"), (&mut model.face_colors, "faces")]
     {
@@ -15,7 +15,7 @@ pub(crate) fn to_unit_range(model: &mut Model) {
             channels.copied().filter(|value| value.is_finite()).fold(0.0, f32::max)
         };
         let (most, opacity) = (largest(0, 3), largest(3, 4));
-        // A colour without an opacity is opaque, which is 1 in any range.
+        // A colour without opacity is opaque, which is 1 in any range.
         let full = full_intensity(most);
         let full_opacity = if opacity > ABOVE_ONE { full_intensity(opacity) } else { 1.0 };
         if full == 1.0 && full_opacity == 1.0 {
@@ -30,7 +30,7 @@ pub(crate) fn to_unit_range(model: &mut Model) {
     }
 }
 
-/// The value that stands for full intensity where the largest channel is `most`.
+/// The value of full intensity, if the largest channel is `most`.
 fn full_intensity(most: f32) -> f32 {
     match most {
         most if most <= ABOVE_ONE => 1.0,

@@ -1,4 +1,4 @@
-//! Cutting polygons for formats that hold nothing but triangles.
+//! Cutting of polygons for formats that hold only triangles.
 
 use glam::DVec3;
 use mesh_core::PolygonSoup;
@@ -13,7 +13,7 @@ pub(crate) struct Cutter {
 }
 
 impl Cutter {
-    /// The triangles of a face, as places in the face: two fewer than it has corners.
+    /// The triangles of a face, as indices into the face; the number is that of its corners minus two.
     pub(crate) fn cut(&mut self, soup: &PolygonSoup, face: usize) -> &[[u32; 3]] {
         let vertices = soup.face(face);
         self.positions.clear();
@@ -21,14 +21,14 @@ impl Cutter {
         self.cut_here(vertices)
     }
 
-    /// The triangles of a polygon by the numbers of its vertices and where they are, as places in it.
+    /// The triangles of a polygon, as indices into it, from the numbers and positions of its vertices.
     pub(crate) fn cut_polygon(&mut self, vertices: &[u64], corners: &[DVec3]) -> &[[u32; 3]] {
         self.positions.clear();
         self.positions.extend_from_slice(corners);
         if vertices.len() == 3 {
             return self.cut_here(&[0, 1, 2]);
         }
-        // Which of them are the same is all that matters.
+        // Only the equality of vertices matters.
         let mut sorted = vertices.to_vec();
         sorted.sort_unstable();
         let place = |v: &u64| sorted.partition_point(|other| other < v) as u32;
@@ -41,7 +41,7 @@ impl Cutter {
         if self.positions.iter().all(|p| p.is_finite()) {
             self.triangulator.triangulate(&self.positions, vertices, &mut self.triangles);
         } else {
-            // Nowhere is inside; any triangles will do.
+            // A degenerate polygon has no interior; any triangles are acceptable.
             self.triangles.extend((2..vertices.len() as u32).map(|last| [0, last - 1, last]));
         }
         &self.triangles

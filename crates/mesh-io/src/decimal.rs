@@ -1,8 +1,8 @@
-//! Numbers as text, in the fewest digits that read back the same.
+//! Numbers as text, with the fewest digits that read back as the same number.
 
 use std::fmt;
 
-/// A number in text; powers of ten only where zeros would fill the line.
+/// A number as text; powers of ten only where zeros would fill the line.
 pub(crate) struct Decimal<T>(pub T);
 
 macro_rules! decimal {

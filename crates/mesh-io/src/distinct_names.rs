@@ -1,15 +1,14 @@
-//! Names that differ, for formats that tell things apart by their names alone.
+//! Unique names, for formats that identify elements only by name.
 
 use std::collections::{HashMap, HashSet};
 
-/// The names in their order, the second and further uses of one called `NAME_2`, `NAME_3` and so
-/// on; as are those that are `taken` already.
+/// The names in order. Repeated names, and names in `taken`, become `NAME_2`, `NAME_3` and so on.
 pub(crate) fn distinct_names(
     names: impl IntoIterator<Item = String>,
     taken: &[&str],
 ) -> Vec<String> {
     let mut used: HashSet<String> = taken.iter().map(|&name| name.to_owned()).collect();
-    // Where the search for a free number goes on, so that many equal names take linear time.
+    // The position at which the search for a free number continues, so that many equal names take linear time.
     let mut last = HashMap::<String, u64>::new();
     let mut distinct = |name: String| {
         if used.insert(name.clone()) {

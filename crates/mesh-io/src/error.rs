@@ -1,17 +1,17 @@
-//! What can go wrong while reading and writing, and where.
+//! Errors of reading and writing, with their locations.
 
 use crate::text::{brief, printable};
 use crate::{Format, ModelError};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Why a file could not be read.
+/// The error of a file that could not be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{}{kind}", prefix(path.as_deref()))]
 pub struct ReadError {
-    /// The file, when reading from one.
+    /// The file, if the source was a file.
     pub path: Option<PathBuf>,
-    /// What is wrong with it.
+    /// The kind of error.
     pub kind: ReadErrorKind,
 }
 
@@ -21,7 +21,7 @@ impl ReadError {
         self
     }
 
-    /// Where in the file the fault is, when it is in a particular place.
+    /// The location of the error in the file, if it has one.
     #[must_use]
     pub fn location(&self) -> Option<&Location> {
         match &self.kind {
@@ -44,29 +44,29 @@ fn prefix(path: Option<&Path>) -> String {
     path.map(|path| format!("{}: ", shown(path))).unwrap_or_default()
 }
 
-/// A path as it may be shown: names of files are made by others too.
+/// A path that is safe to print: other people can choose names of files.
 pub(crate) fn shown(path: &Path) -> String {
     printable(&path.display().to_string()).into_owned()
 }
 
-/// What is wrong with a file.
+/// The kind of a read error.
 ///
-/// The texts in the fields may be those of the file; what `Display` makes of them is printable.
+/// The texts in the fields may come from the file; `Display` makes them printable.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadErrorKind {
     /// The file could not be opened or read.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// Neither the content nor the extension is that of a known format.
+    /// Neither the content nor the extension belongs to a known format.
     #[error(
         "not a known mesh format: the content starts with {found}; expected OBJ, PLY, STL, OFF, glTF or GLB (name the format if the file is one of these)"
     )]
     UnknownFormat {
-        /// How the content starts.
+        /// The start of the content.
         found: String,
     },
-    /// The format is known, but this build of the crate leaves it out.
+    /// The format is known, but not enabled in this build of the crate.
     #[error(
         "this build cannot read or write {0}: enable the cargo feature of that name in mesh-io"
     )]
@@ -74,45 +74,45 @@ pub enum ReadErrorKind {
     /// The content breaks the rules of its format.
     #[error("{at}: expected {}, found {}", brief(expected), brief(found))]
     Malformed {
-        /// Where.
+        /// The location.
         at: Location,
-        /// What the format wants there.
+        /// The content that the format requires there.
         expected: String,
-        /// What is there instead.
+        /// The actual content.
         found: String,
     },
-    /// The content is legal, but uses something that this crate does not read.
+    /// The content is valid, but uses a feature that this crate does not read.
     #[error("{at}: {} is not supported; {cure}", brief(what))]
     Unsupported {
-        /// Where.
+        /// The location.
         at: Location,
         /// The feature.
         what: String,
-        /// What the owner of the file can do.
+        /// What the user can do.
         cure: &'static str,
     },
     /// A file that this one refers to cannot be read.
     #[error("{at}: cannot read the file it refers to, \"{}\": {}", brief(uri), brief(reason))]
     MissingResource {
-        /// Where the reference is.
+        /// The location of the reference.
         at: Location,
         /// The reference.
         uri: String,
-        /// Why it cannot be read.
+        /// The reason why it cannot be read.
         reason: String,
     },
-    /// The content takes more memory than a file of its size may: a scene that draws the same
-    /// meshes very often, or a file that is made to use up memory.
+    /// The content needs more memory than a file of its size may use: a scene that draws the same meshes very often, or
+    /// a malicious file.
     #[error(
         "{at}: the content needs {}, more than the {} MiB that a file of this size may take; allow it with --max-memory {}MiB",
         need(at, *needed), mebibytes(*limit), enough(at, *needed)
     )]
     Memory {
-        /// Where the limit is passed.
+        /// The location at which the limit is exceeded.
         at: Location,
-        /// The bytes needed up to there; for a glTF scene, those of the whole scene.
+        /// The bytes needed up to there; for a glTF scene, for the whole scene.
         needed: u64,
-        /// The bytes that may be taken.
+        /// The allowed number of bytes.
         limit: u64,
     },
     /// The content has neither a vertex nor a face.
@@ -121,7 +121,7 @@ pub enum ReadErrorKind {
         because(notes)
     )]
     Empty {
-        /// What the reader passed over.
+        /// Content that the reader has skipped.
         notes: Vec<String>,
     },
     /// The mesh is larger than 32-bit indices can address.
@@ -133,13 +133,13 @@ fn mebibytes(bytes: u64) -> u64 {
     bytes.div_ceil(1 << 20)
 }
 
-/// A scene says what it needs in all; other content, what it needs so far.
+/// For a scene the total need is known; for other content, only the need so far.
 fn need(at: &Location, needed: u64) -> String {
     let more = if is_in_all(at) { "" } else { "more than " };
     format!("{more}{} MiB of memory", mebibytes(needed))
 }
 
-/// What to allow, so that it need not be asked for again and again.
+/// The limit to suggest, large enough to avoid repeated failures.
 fn enough(at: &Location, needed: u64) -> u64 {
     mebibytes(if is_in_all(at) { needed } else { needed.saturating_mul(2) })
 }
@@ -162,7 +162,7 @@ impl ReadErrorKind {
     }
 }
 
-/// A place in a file.
+/// A location in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Location {
     /// A line of a text file, counted from one.
@@ -183,14 +183,14 @@ impl fmt::Display for Location {
     }
 }
 
-/// Why a model could not be written. The target is then as it was before.
+/// The error of a model that could not be written. The target is unchanged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
     /// The target or its folder cannot be written.
     #[error("{}{source}", prefix(path.as_deref()))]
     Io {
-        /// The file, when writing to one.
+        /// The file, if the target was a file.
         path: Option<PathBuf>,
         /// The cause.
         source: std::io::Error,
@@ -198,25 +198,24 @@ pub enum WriteError {
     /// The target exists and is write-protected.
     #[error("{}: the file is read-only; make it writable or choose another target", shown(.0))]
     ReadOnly(PathBuf),
-    /// A file beside the target would have to be replaced that is not known to be from an earlier
-    /// run of the same output.
+    /// A companion file exists that would be replaced, and is not known to be from an earlier run of the same output.
     #[error(
         "{}: this companion of the output would be replaced, but it {why}; move it away, write to another folder, or allow it with `overwrite_companions`",
         shown(path)
     )]
     Companion {
-        /// The file that is in the way.
+        /// The existing file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason for the rejection.
         why: &'static str,
     },
-    /// The extension is not that of a known format.
+    /// The extension does not belong to a known format.
     #[error(
         "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or name the format",
         shown(.0)
     )]
     UnknownExtension(PathBuf),
-    /// The format is known, but this build of the crate leaves it out.
+    /// The format is known, but not enabled in this build of the crate.
     #[error("this build cannot write {0}: enable the cargo feature of that name in mesh-io")]
     FormatDisabled(Format),
     /// The format has no such encoding.
@@ -224,7 +223,7 @@ pub enum WriteError {
     NoSuchEncoding {
         /// The format.
         format: Format,
-        /// The encoding asked for.
+        /// The requested encoding.
         encoding: &'static str,
     },
     /// The format cannot hold a coordinate that is not a finite number.
@@ -251,25 +250,25 @@ pub enum WriteError {
         /// Its coordinate.
         value: f64,
     },
-    /// The format's size fields are too small for the model.
+    /// The model exceeds the size fields of the format.
     #[error("{format} can hold no more than {limit} {what}, the model has {found}")]
     TooLarge {
         /// The format.
         format: Format,
-        /// What there is too much of.
+        /// The elements that are too many.
         what: &'static str,
-        /// How much the format holds.
+        /// The limit of the format.
         limit: u64,
-        /// How much there is.
+        /// The actual number.
         found: u64,
     },
-    /// The format cannot be written from what passes by.
+    /// The format cannot be written from a stream.
     #[error("{0} cannot be written as a stream; write PLY, STL or OBJ")]
     NoPassing(Format),
-    /// The format holds no levels of detail.
+    /// The format does not support levels of detail.
     #[error("{0} holds no levels of detail; write glTF or GLB, or a file for each level")]
     NoLevels(Format),
-    /// The part of the screen at which a level of detail is to be shown is no number from zero up.
+    /// The screen coverage of a level of detail is not a non-negative number.
     #[error(
         "level {level} is to be shown from {value} of the screen up; give a finite number, not below zero"
     )]
@@ -279,13 +278,13 @@ pub enum WriteError {
         /// The number given.
         value: f64,
     },
-    /// The model contradicts itself.
+    /// The model is inconsistent.
     #[error(transparent)]
     Model(#[from] ModelError),
 }
 
 impl WriteError {
-    /// With the file that it is about, if it does not say.
+    /// Adds the path of the file, if the error has none.
     pub(crate) fn in_file(self, path: &Path) -> Self {
         match self {
             Self::Io { path: None, source } => Self::Io { path: Some(path.to_owned()), source },

@@ -1,33 +1,31 @@
-//! The files that the content of a file refers to: which of them may be read.
+//! Rules for the files that the content of a file refers to.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-/// Which other files a file may make the reader open: material libraries of OBJ, buffers of glTF.
+/// The other files that the reader may open: material libraries of OBJ, buffers of glTF.
 ///
-/// Whatever is allowed, only regular files are opened: no pipes, no devices.
+/// In any case, only regular files are opened: no pipes, no devices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum External {
-    /// None. A glTF document that needs a buffer of its own is an error then; an OBJ file has
-    /// materials of which nothing but the name is known.
+    /// None. A glTF document with an external buffer is then an error; the materials of an OBJ file have only names.
     None,
-    /// Files in the folder of the file and below it. No name may lead out of it: no absolute path,
-    /// no drive or share, no `..`, no symbolic link to a place outside.
+    /// Files in the folder of the file and below it. A name must not lead out of it: no absolute path, no drive or
+    /// share, no `..`, no symbolic link to a place outside.
     #[default]
     Folder,
-    /// Any file that the name leads to, from the folder of the file. For files that are trusted.
+    /// Any file, with names relative to the folder of the file. Only for trusted files.
     Any,
 }
 
 impl External {
-    /// Opens the file that the content of another one names, such as the picture of an
-    /// [`ImageData::Uri`](crate::ImageData::Uri), if it may be read; `folder` is the folder of the
-    /// file that names it.
+    /// Opens a file that the content of another file names, such as the picture of an
+    /// [`ImageData::Uri`](crate::ImageData::Uri), if it may be read. `folder` is the folder of the file that names it.
     ///
     /// # Errors
-    /// The file may not be read, or cannot be, or is none: a folder, a pipe, a device.
+    /// The file must not or cannot be read, or is not a regular file: a folder, a pipe, a device.
     pub fn open(self, folder: &Path, name: &str) -> std::io::Result<File> {
         let files = Files { folder: Some(folder), external: self };
         let opened = files.resolve(name).and_then(|path| open(&path));
@@ -35,7 +33,7 @@ impl External {
     }
 }
 
-/// The folder of a file, and what may be read of it.
+/// The folder of a file, and the rule for other files.
 #[derive(Clone, Copy)]
 pub(crate) struct Files<'o> {
     pub folder: Option<&'o Path>,
@@ -43,8 +41,8 @@ pub(crate) struct Files<'o> {
 }
 
 impl Files<'_> {
-    /// The file that a name refers to, decoded and in the notation of any system, as the path without
-    /// links. Else why it may not be read.
+    /// The path, without links, of the file with this decoded name, in the notation of any system. The error is the
+    /// reason why it must not be read.
     pub(crate) fn resolve(&self, name: &str) -> Result<PathBuf, String> {
         let refused = |why: &str| Err(why.to_owned());
         let Some(folder) = self.folder else {
@@ -73,7 +71,7 @@ impl Files<'_> {
     }
 }
 
-/// Opens a regular file, and nothing else: opening a pipe would wait for its other end.
+/// Opens a regular file only: opening a pipe would wait for its other end.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), String> {
     let not_a_file = || "it is not a regular file".to_owned();
     if !fs::metadata(path).map_err(|error| error.to_string())?.is_file() {
@@ -92,7 +90,7 @@ fn below(name: &str) -> Result<PathBuf, String> {
             "" if place == 0 => return Err(outside()),
             "" | "." => {}
             ".." => return Err(outside()),
-            // Drives and streams of Windows, and schemes of other places.
+            // Drives and streams of Windows, and schemes of URIs.
             _ if part.contains(':') || is_device(part) => return Err(outside()),
             _ => path.push(part),
         }
@@ -104,7 +102,7 @@ fn outside() -> String {
     "it is not below the folder of the file; allow it with --external any".to_owned()
 }
 
-/// Whether Windows takes a name for a device, whatever the folder and the extension.
+/// Whether Windows treats a name as a device, in any folder and with any extension.
 fn is_device(part: &str) -> bool {
     let stem = part.split('.').next().unwrap_or_default().trim_end().to_ascii_uppercase();
     let numbered = stem.strip_prefix("COM").or(stem.strip_prefix("LPT"));

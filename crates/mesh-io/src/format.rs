@@ -1,4 +1,4 @@
-//! Which format a file has: by its content first, by its extension second.
+//! Detection of formats: by content first, then by extension.
 
 use std::fmt;
 use std::path::Path;
@@ -16,7 +16,7 @@ pub enum Format {
     Stl,
     /// Geomview OFF in all its variants.
     Off,
-    /// glTF 2.0 as JSON, its buffers embedded or beside it.
+    /// glTF 2.0 as JSON, with embedded or separate buffers.
     Gltf,
     /// glTF 2.0 in its binary container.
     Glb,
@@ -53,8 +53,7 @@ impl Format {
         }
     }
 
-    /// The format that an extension names, in any case: `coff` and the like are OFF, `stla` and
-    /// `stlb` are STL.
+    /// The format of an extension, in any case. `coff` and similar extensions are OFF; `stla` and `stlb` are STL.
     #[must_use]
     pub fn from_extension(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
@@ -67,9 +66,9 @@ impl Format {
 
     /// The format of a file whose first bytes are `head`; a few hundred are enough.
     ///
-    /// The content decides where it can; `path` (only its extension) decides where the content
-    /// says nothing, as for an OFF file without its header word. `size` is the length of the whole
-    /// file and tells a binary STL whose header starts with `solid` from a text one.
+    /// The content decides if possible. If it is not decisive, as for OFF without its header word, the extension of
+    /// `path` decides. `size` is the length of the whole file; it distinguishes binary STL whose header starts with
+    /// `solid` from text STL.
     #[must_use]
     pub fn detect(head: &[u8], size: Option<u64>, path: Option<&Path>) -> Option<Self> {
         Self::from_content(head, size).or_else(|| path.and_then(Self::from_extension))
@@ -100,14 +99,14 @@ impl Format {
     }
 }
 
-/// `4nCOFF` and the like.
+/// `4nCOFF` and similar words.
 pub(crate) fn is_off_word(word: &[u8]) -> bool {
     off_word(word).is_some()
 }
 
-/// The letters before `OFF` and the digits after it. The letters are `ST`, `C`, `N`, `4` and `n` in any
-/// order, each once; a word in lower case has no `n`. Some files have the number of vertices right after
-/// the word, as in `OFF8 6 0`.
+/// The letters before `OFF` and the digits after it. The letters are `ST`, `C`, `N`, `4` and `n` in any order, each at
+/// most once; a lower-case word has no `n`. Some files have the number of vertices directly after the word, as in `OFF8
+/// 6 0`.
 pub(crate) fn off_word(word: &[u8]) -> Option<(Vec<u8>, &[u8])> {
     let end = word.iter().rposition(|byte| !byte.is_ascii_digit()).map_or(0, |last| last + 1);
     let (word, digits) = word.split_at(end);
@@ -127,8 +126,8 @@ pub(crate) fn off_word(word: &[u8]) -> Option<(Vec<u8>, &[u8])> {
     all_differ.then_some((letters, digits))
 }
 
-/// A binary STL: its length fits the count in its header, or it says `solid` and goes on with
-/// bytes that no text has.
+/// Whether a file is binary STL: its length matches the count in its header, or it starts with `solid` and contains
+/// bytes that do not occur in text.
 pub(crate) fn is_binary_stl(head: &[u8], size: Option<u64>) -> bool {
     let Some(&count) = head.get(80..84).and_then(<[u8]>::first_chunk::<4>) else { return false };
     let expected = 84 + 50 * u64::from(u32::from_le_bytes(count));
@@ -140,7 +139,7 @@ pub(crate) fn is_binary_stl(head: &[u8], size: Option<u64>) -> bool {
         && head.iter().take(512).any(|&byte| byte == 0 || byte >= 0xF8)
 }
 
-/// The first word of every line that is not empty or a comment.
+/// The first word of every line that is neither empty nor a comment.
 fn first_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n' || byte == b'\r').filter_map(|line| {
         let line = line.trim_ascii();
@@ -149,7 +148,7 @@ fn first_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// The format whose keyword this is.
+/// The format with this keyword.
 fn off_or_obj(word: &[u8]) -> Option<Format> {
     const OBJ: [&[u8]; 9] = [b"v", b"vt", b"vn", b"f", b"g", b"o", b"mtllib", b"usemtl", b"s"];
     if is_off_word(word) {

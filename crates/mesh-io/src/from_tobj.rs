@@ -1,14 +1,13 @@
-//! Models from what the crate `tobj` has loaded.
+//! Models from data loaded by the crate `tobj`.
 
 use crate::lost::Lost;
 use crate::model::{Alpha, Group, Image, ImageData, Material, Model, ModelError};
 use glam::DVec3;
 
 impl Model {
-    /// The model of what `tobj` has loaded from an OBJ file: one group for each `tobj::Model`, with its
-    /// material.
+    /// The model of an OBJ file loaded by `tobj`: one group for each `tobj::Model`, with its material.
     ///
-    /// Any load options will do. `single_index` and `triangulate` are best left off: they split vertices and
+    /// Any load options are possible. `single_index` and `triangulate` should be off, because they split vertices and
     /// cut polygons.
     ///
     /// ```
@@ -26,7 +25,7 @@ impl Model {
     /// ```
     ///
     /// # Errors
-    /// An index refers to what is not there, or there are more corners than 32-bit indices can number.
+    /// An index is out of range, or there are more corners than 32-bit indices can address.
     pub fn from_tobj(
         models: &[tobj::Model],
         materials: &[tobj::Material],
@@ -98,7 +97,7 @@ impl Loaded {
     }
 }
 
-/// Appends a face, whose corners are at these places of the indices.
+/// Appends a face with corners at these indices.
 fn face(
     model: &mut Model,
     mesh: &tobj::Mesh,
@@ -109,7 +108,7 @@ fn face(
     let vertices = mesh.indices.get(places.clone()).unwrap_or_default();
     let vertices: Vec<u32> = vertices.iter().map(|&v| base.saturating_add(v)).collect();
     model.soup.push_face(&vertices)?;
-    // With a single index, it is that of the position.
+    // With a single index, all attributes use the index of the position.
     let index = |own: &[u32], place: usize| {
         let own = own.get(place).copied();
         own.or_else(|| mesh.indices.get(place).copied()).unwrap_or(u32::MAX) as usize

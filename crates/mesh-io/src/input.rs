@@ -1,4 +1,4 @@
-//! A window that slides over a stream, and knows where in the file it is.
+//! A sliding window over a stream that knows its position in the file.
 
 use crate::budget::Budget;
 #[cfg(feature = "gltf")]
@@ -8,24 +8,24 @@ use crate::text::quote;
 use std::io::Read;
 use std::ops::Range;
 
-/// Bytes fetched at a time.
+/// The number of bytes per read.
 const WINDOW: usize = 1 << 16;
-/// No line of a text file may be longer; what is longer is no text.
+/// The longest line of a text file; a longer line means that the file is not text.
 const LONGEST_LINE: usize = 1 << 24;
-/// Bytes of the stream for which room is reserved ahead when its length is unknown.
+/// The number of bytes to reserve memory for when the length of the stream is unknown.
 const BLIND_RESERVE: u64 = 1 << 20;
 
-/// A stream read line by line or byte by byte, never held as a whole.
+/// A stream that is read line by line or byte by byte, and never held as a whole.
 pub(crate) struct Input<'a> {
     source: &'a mut dyn Read,
     window: Vec<u8>,
     /// `window[start..]` has been fetched and not yet consumed.
     start: usize,
-    /// The offset of `window[start]` in the file.
+    /// The file offset of `window[start]`.
     offset: u64,
-    /// The number of the line last returned.
+    /// The number of the last returned line.
     line: u64,
-    /// The length of the file, when known.
+    /// The length of the file, if known.
     size: Option<u64>,
     /// Whether the first line ended in a carriage return alone.
     bare_returns: bool,
@@ -46,8 +46,7 @@ impl<'a> Input<'a> {
         Self { source, window, start: 0, offset: 0, line: 0, size, bare_returns, budget }
     }
 
-    /// Takes note of memory that the model needs, before it is taken; an error when that is more
-    /// than the length of the file justifies.
+    /// Records memory for the model before it is allocated; an error if it exceeds the limit for a file of this length.
     pub(crate) fn spend(
         &mut self,
         bytes: u64,
@@ -57,8 +56,7 @@ impl<'a> Input<'a> {
         self.budget.spend(bytes, size, at)
     }
 
-    /// Whether there is memory for room that is about to be reserved, and that is taken note of as it
-    /// is filled.
+    /// Checks that memory is available which is about to be reserved and will be recorded as it is filled.
     pub(crate) fn require(
         &self,
         bytes: u64,
@@ -67,13 +65,13 @@ impl<'a> Input<'a> {
         self.budget.require(bytes, self.size_so_far(), at)
     }
 
-    /// The length of the file, as far as it is known.
+    /// The known part of the length of the file.
     fn size_so_far(&self) -> u64 {
         let there = self.offset + (self.window.len() - self.start) as u64;
         self.size.unwrap_or(0).max(there)
     }
 
-    /// As [`Input::spend`], for the line last returned.
+    /// As [`Input::spend`], for the last returned line.
     pub(crate) fn spend_on_line(&mut self, bytes: u64) -> Result<(), ReadErrorKind> {
         let line = self.line_number();
         self.spend(bytes, || Location::Line(line))
@@ -85,45 +83,45 @@ impl<'a> Input<'a> {
         self.budget.add_file(bytes);
     }
 
-    /// How many bytes are left, when that is known.
+    /// The number of remaining bytes, if known.
     pub(crate) fn rest_known(&self) -> Option<u64> {
         Some(self.size?.saturating_sub(self.offset))
     }
 
-    /// How many bytes have been consumed.
+    /// The number of consumed bytes.
     pub(crate) fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// The place of the next byte.
+    /// The location of the next byte.
     pub(crate) fn here(&self) -> Location {
         Location::Byte(self.offset)
     }
 
-    /// The number of the line last returned, at least one.
+    /// The number of the last returned line, at least 1.
     pub(crate) fn line_number(&self) -> u64 {
         self.line.max(1)
     }
 
-    /// The bytes that are fetched and not yet consumed.
+    /// The bytes that are read and not yet consumed.
     pub(crate) fn window(&self) -> &[u8] {
         &self.window[self.start..]
     }
 
-    /// Marks fetched bytes as consumed.
+    /// Marks bytes as consumed.
     pub(crate) fn consume(&mut self, count: usize) {
         let count = count.min(self.window.len() - self.start);
         self.start += count;
         self.offset += count as u64;
     }
 
-    /// Fetches until `wanted` bytes are in the window or the stream ends; the window then.
+    /// Reads until `wanted` bytes are in the window or the stream ends, and returns the window.
     pub(crate) fn peek(&mut self, wanted: usize) -> Result<&[u8], ReadErrorKind> {
         while self.window.len() - self.start < wanted && self.fetch()? {}
         Ok(&self.window[self.start..])
     }
 
-    /// Fetches more bytes; false at the end of the stream.
+    /// Reads more bytes; false at the end of the stream.
     fn fetch(&mut self) -> Result<bool, ReadErrorKind> {
         self.window.drain(..self.start);
         self.start = 0;
@@ -143,13 +141,13 @@ impl<'a> Input<'a> {
         Ok(read > 0)
     }
 
-    /// The next line, without `\n`, `\r\n`, `\r` or a byte-order mark; nothing at the end.
+    /// The next line, without `\n`, `\r\n`, `\r` or a byte-order mark; `None` at the end.
     pub(crate) fn line(&mut self) -> Result<Option<Line<'_>>, ReadErrorKind> {
         Ok(self.advance_line()?.map(|range| Line { number: self.line, text: &self.window[range] }))
     }
 
-    /// The next line that is neither empty nor a comment; at the end of the stream, an error that
-    /// says what was expected.
+    /// The next line that is neither empty nor a comment. The end of the stream is an error that names the expected
+    /// content.
     pub(crate) fn data_line(&mut self, expected: &str) -> Result<Line<'_>, ReadErrorKind> {
         while let Some(range) = self.advance_line()? {
             if self.window[range.clone()].trim_ascii_start().first().is_some_and(|&b| b != b'#') {
@@ -163,7 +161,7 @@ impl<'a> Input<'a> {
         ))
     }
 
-    /// Consumes a line; where in the window it is.
+    /// Consumes a line, and returns its range in the window.
     fn advance_line(&mut self) -> Result<Option<Range<usize>>, ReadErrorKind> {
         let mut searched = 0;
         let (length, ending) = loop {
@@ -177,7 +175,7 @@ impl<'a> Input<'a> {
                     (_, Some(b'\n')) if self.bare_returns => break (length, 1),
                     (_, Some(b'\n')) => break (length, 2),
                     (_, Some(_)) => break (length, 1),
-                    // Whether a line feed follows is not known yet.
+                    // It is not known yet whether a line feed follows.
                     (_, None) => searched = length,
                 }
                 if !self.fetch()? {
@@ -211,7 +209,7 @@ impl<'a> Input<'a> {
         Ok(Some(range))
     }
 
-    /// The next `N` bytes of `what`.
+    /// The next `N` bytes, which belong to `what`.
     pub(crate) fn array<const N: usize>(&mut self, what: &str) -> Result<[u8; N], ReadErrorKind> {
         if let Some(&bytes) = self.window[self.start..].first_chunk::<N>() {
             self.consume(N);
@@ -226,7 +224,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Consumes `count` bytes of `what`.
+    /// Skips `count` bytes of `what`.
     pub(crate) fn skip(&mut self, mut count: u64, what: &str) -> Result<(), ReadErrorKind> {
         while count > 0 {
             let there = self.peek(1)?.len();
@@ -240,7 +238,7 @@ impl<'a> Input<'a> {
         Ok(())
     }
 
-    /// The error for a file that ends within `what`, of which `wanted` bytes are missing.
+    /// The error of a file that ends within `what`, with `wanted` bytes missing.
     pub(crate) fn too_short(&self, what: &str, wanted: u64) -> ReadErrorKind {
         ReadErrorKind::malformed(
             self.here(),
@@ -249,10 +247,10 @@ impl<'a> Input<'a> {
         )
     }
 
-    /// How many of `count` records of at least `bytes` bytes each to reserve room for: all of
-    /// them when the rest of the file can hold them, few when its length is unknown.
+    /// The number of records, of `count` with at least `bytes` bytes each, to reserve memory for: all if the rest of
+    /// the file can hold them, few if its length is unknown.
     ///
-    /// A header that promises more than the file can hold is an error before any allocation.
+    /// A header that announces more than the file can hold is an error before any allocation.
     pub(crate) fn plausible(
         &self,
         count: u64,
@@ -263,7 +261,7 @@ impl<'a> Input<'a> {
         let Some(size) = self.size else {
             return Ok(count.min(BLIND_RESERVE / bytes.max(16)) as usize);
         };
-        // A file that grows while it is read may be further than its size.
+        // A file that grows while it is read may be longer than its recorded size.
         let rest = size.saturating_sub(self.offset);
         // The last line of a text may lack its line break.
         if count.saturating_mul(bytes.max(1)) > rest + 1 {
@@ -276,7 +274,7 @@ impl<'a> Input<'a> {
         Ok(count as usize)
     }
 
-    /// The next `length` bytes as one block; memory grows only as the bytes arrive.
+    /// The next `length` bytes as one block; memory grows only as bytes arrive.
     #[cfg(feature = "gltf")]
     pub(crate) fn block(&mut self, length: u64, what: &str) -> Result<Vec<u8>, ReadErrorKind> {
         let room = self.plausible(length, 1, self.here(), what)?.min(1 << 26);
@@ -321,7 +319,7 @@ impl<'a> Line<'a> {
         Words { rest: self.text }
     }
 
-    /// The error that this line holds something else than `expected`.
+    /// The error of a line that does not contain `expected`.
     pub(crate) fn unexpected(&self, expected: impl Into<String>, found: &[u8]) -> ReadErrorKind {
         let found = if found.is_empty() { "the end of the line".to_owned() } else { quote(found) };
         ReadErrorKind::malformed(self.location(), expected, found)
@@ -335,7 +333,7 @@ pub(crate) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    /// What follows the words taken so far, without white space around it.
+    /// The rest of the line, without surrounding white space.
     pub(crate) fn remainder(&self) -> &'a [u8] {
         self.rest.trim_ascii()
     }
@@ -357,8 +355,7 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// A number as any of the text formats writes it, including what C runtimes print for values
-/// that are not finite.
+/// A number in the notation of any text format, including the output of C runtimes for non-finite values.
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(word).ok()?;
     text.parse().ok().or_else(|| {

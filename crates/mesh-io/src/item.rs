@@ -1,4 +1,4 @@
-//! Elements of a file that is read as a stream.
+//! Elements of a streamed file.
 
 use glam::DVec3;
 use std::ops::ControlFlow;
@@ -6,14 +6,14 @@ use std::ops::ControlFlow;
 /// An element of a file, in the order of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Item<'a> {
-    /// A vertex: the first is number 0. It need not come before the faces that use it.
+    /// A vertex; numbers start at 0. Faces may come before their vertices.
     Vertex(DVec3),
-    /// A face by the numbers of its three or more vertices.
+    /// A face, given by the numbers of its three or more vertices.
     Face(&'a [u64]),
-    /// A face of a format without vertices of its own, STL, by the positions of its corners. Equal
-    /// positions, 0 and -0 included, are one vertex.
+    /// A face of STL, which has no vertices, given by the positions of its corners. Equal positions are one vertex; 0
+    /// and -0 are equal.
     Facet(&'a [DVec3]),
 }
 
-/// Where the items go; `Break` ends the scan.
+/// The receiver of the items; `Break` ends the scan.
 pub(crate) type Visit<'v> = dyn FnMut(Item<'_>) -> ControlFlow<()> + 'v;

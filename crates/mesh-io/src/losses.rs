@@ -1,4 +1,4 @@
-//! What a model has and the format of a file has no place for.
+//! Content of a model that a format cannot hold.
 
 use crate::format::Format;
 use crate::lost::Lost;
@@ -6,20 +6,20 @@ use crate::model::{Alpha, Group, ImageData, Material, Model};
 use crate::single::are_finite;
 use Format::{Glb, Gltf, Obj, Off, Ply, Stl};
 
-/// How a file is written, as far as it decides what is kept.
+/// The properties of the output that determine what is kept.
 #[derive(Clone, Copy)]
 pub(crate) struct Target {
     pub(crate) format: Format,
-    /// Whether the file is a text one.
+    /// Whether the file is text.
     pub(crate) is_text: bool,
-    /// Whether material libraries and images go into files of their own.
+    /// Whether material libraries and images are written to their own files.
     pub(crate) has_companions: bool,
 }
 
 /// A kind of content.
 struct Kind {
     what: String,
-    /// How many of it the model has.
+    /// The number of such elements in the model.
     count: u64,
     /// The formats that hold it.
     keepers: &'static [Format],
@@ -39,7 +39,7 @@ fn length<T>(values: Option<&Vec<T>>) -> u64 {
     values.map_or(0, |values| values.len() as u64)
 }
 
-/// What formats hold or do not hold, whatever the values are.
+/// Content that depends on the format only, not on values.
 fn kinds(model: &Model) -> Vec<Kind> {
     let kind = |what: &str, count: u64, keepers| Kind { what: what.to_owned(), count, keepers };
     let named = |what: &str, all: &[crate::scalars::Scalars], keepers| {
@@ -77,7 +77,7 @@ fn kinds(model: &Model) -> Vec<Kind> {
     ]
 }
 
-/// What depends on the values, or on more than the format.
+/// Content that depends on values, or on more than the format.
 fn special(model: &Model, target: Target) -> Vec<Lost> {
     let Target { format, is_text, has_companions } = target;
     let mut all = Vec::new();
@@ -139,7 +139,7 @@ fn special(model: &Model, target: Target) -> Vec<Lost> {
 
 const NO_LOOKS: &str = "material libraries have no place for them; glTF and GLB keep them";
 
-/// Smoothing groups are normals in formats that have those of corners.
+/// Smoothing groups become normals in formats with corner normals.
 fn smoothing(model: &Model, format: Format, lose: &mut impl FnMut(u64, &str, &str)) {
     let Some(groups) = &model.face_smoothing else { return };
     let mut distinct: Vec<u32> = groups.iter().copied().filter(|&group| group != 0).collect();
@@ -156,7 +156,7 @@ fn smoothing(model: &Model, format: Format, lose: &mut impl FnMut(u64, &str, &st
     lose(distinct.len() as u64, "smoothing groups", why);
 }
 
-/// The materials with properties that material libraries do not have.
+/// The number of materials with properties that material libraries cannot hold.
 fn looks(model: &Model) -> u64 {
     let has_looks = |material: &&Material| {
         let Material { metallic, roughness, double_sided, alpha, .. } = **material;
@@ -166,7 +166,7 @@ fn looks(model: &Model) -> u64 {
     model.materials.iter().filter(has_looks).count() as u64
 }
 
-/// The columns with numbers that 32-bit floating point rounds.
+/// Columns with numbers that 32-bit floating point rounds.
 fn rounded_numbers(model: &Model, lose: &mut impl FnMut(u64, &str, &str)) {
     for scalars in &model.vertex_scalars {
         let values = &scalars.values;
@@ -180,7 +180,7 @@ fn rounded_numbers(model: &Model, lose: &mut impl FnMut(u64, &str, &str)) {
     }
 }
 
-/// The faces whose colour five bits per channel change.
+/// The number of faces whose colour changes with five bits per channel.
 fn rounded_colors(model: &Model) -> u64 {
     let changes = |color: &&[f32; 4]| {
         let five = |value: f32| (value.clamp(0.0, 1.0) * 31.0).round() / 31.0;
@@ -190,13 +190,13 @@ fn rounded_colors(model: &Model) -> u64 {
     model.face_colors.iter().flatten().filter(changes).count() as u64
 }
 
-/// The corners without texture coordinates that get some, for want of another way to say it.
+/// The number of corners without texture coordinates that get some, because the format has no other way.
 fn gaps(model: &Model, format: Format) -> u64 {
     let Some(uvs) = &model.corner_uvs else { return 0 };
     let lacks = |uv: &&[f32; 2]| !are_finite(uv);
     match format {
         Off | Gltf | Glb => uvs.iter().filter(lacks).count() as u64,
-        // A whole face can be without them.
+        // PLY can leave out texture coordinates of whole faces.
         Ply => (0..model.soup.face_count())
             .map(|face| {
                 let uvs = &uvs[model.soup.corner_range(face)];

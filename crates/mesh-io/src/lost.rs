@@ -1,13 +1,13 @@
-//! What is lost of the content of a file, and why.
+//! Content of a file that is lost, with the reason.
 
 use crate::format::Format;
 use crate::text::brief;
 use std::fmt;
 
-/// Why a scan loses everything but vertices and faces.
+/// The reason why a scan loses everything except vertices and faces.
 pub(crate) const STREAMED: &str = "only positions and faces are read from a stream";
 
-/// A part of the content of a file that is not in the model, or not in the file that is written.
+/// A part of the content of a file that is missing in the model or in the written file.
 ///
 /// ```
 /// use mesh_io::Lost;
@@ -20,27 +20,27 @@ pub(crate) const STREAMED: &str = "only positions and faces are read from a stre
 pub struct Lost {
     /// What is lost, such as `groups` or `the PLY element "edge"`.
     pub what: String,
-    /// How many of them, where they are counted.
+    /// The number of lost elements, if counted.
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub count: Option<u64>,
-    /// Why, and how to keep it if there is a way.
+    /// The reason, and a way to keep it if there is one.
     pub why: String,
 }
 
 impl Lost {
-    /// A loss that is not counted. The texts become [printable](crate::printable).
+    /// A loss without a count. The texts become [printable](crate::printable).
     #[must_use]
     pub fn new(what: impl AsRef<str>, why: impl AsRef<str>) -> Self {
         Self { what: brief(what.as_ref()).into(), count: None, why: brief(why.as_ref()).into() }
     }
 
-    /// A loss of `count` things.
+    /// A loss of `count` elements.
     #[must_use]
     pub fn some(what: impl AsRef<str>, count: u64, why: impl AsRef<str>) -> Self {
         Self { count: Some(count), ..Self::new(what, why) }
     }
 
-    /// A loss because of the format that is written; `keepers` are formats that keep it.
+    /// A loss caused by the output format; `keepers` are formats that keep the content.
     pub(crate) fn by_format(
         what: impl AsRef<str>,
         count: Option<u64>,

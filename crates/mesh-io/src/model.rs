@@ -19,26 +19,25 @@ use mesh_core::{PolygonSoup, TriMesh};
 pub struct Model {
     /// Positions and faces.
     pub soup: PolygonSoup,
-    /// One normal per vertex, as the file gives it: not necessarily of unit length.
+    /// One normal per vertex, as in the file: not necessarily of unit length.
     pub vertex_normals: Option<Vec<[f32; 3]>>,
-    /// One colour per vertex: red, green, blue, opacity from 0 to 1, in whatever colour space the
-    /// file uses. Eight-bit colours survive exactly.
+    /// One colour per vertex: red, green, blue and opacity from 0 to 1, in the colour space of the file. Eight-bit
+    /// colours are kept exactly.
     pub vertex_colors: Option<Vec<[f32; 4]>>,
     /// Named numbers, one per vertex.
     pub vertex_scalars: Vec<Scalars>,
-    /// One normal per corner; NaN where the file gives none.
+    /// One normal per corner; NaN if the file has none.
     pub corner_normals: Option<Vec<[f32; 3]>>,
-    /// One texture coordinate per corner, the origin at the lower left; NaN where the file gives
-    /// none.
+    /// One texture coordinate per corner, with the origin at the lower left; NaN if the file has none.
     pub corner_uvs: Option<Vec<[f32; 2]>>,
-    /// Further sets of texture coordinates, such as those of a light map, each as `corner_uvs`.
+    /// Further sets of texture coordinates, for example for a light map, each as `corner_uvs`.
     pub more_corner_uvs: Vec<Vec<[f32; 2]>>,
-    /// One colour per face, as `vertex_colors`; NaN where the file gives none.
+    /// One colour per face, as in `vertex_colors`; NaN if the file has none.
     pub face_colors: Option<Vec<[f32; 4]>>,
     /// Named numbers, one per face.
     pub face_scalars: Vec<Scalars>,
-    /// The smoothing group of every face (`s` in OBJ): faces of a group are smooth across the edges
-    /// between them. Zero is no group.
+    /// The smoothing group of every face (`s` in OBJ): faces of a group are smooth across their common edges. 0 means
+    /// no group.
     pub face_smoothing: Option<Vec<u32>>,
     /// The group of every face, an index into `groups` or [`Model::NONE`].
     pub face_groups: Option<Vec<u32>>,
@@ -86,9 +85,9 @@ pub struct Material {
     pub roughness: f32,
     /// Emitted light.
     pub emissive: [f32; 3],
-    /// Whether the back of the faces is to be drawn.
+    /// Whether the back of the faces is drawn.
     pub double_sided: bool,
-    /// What the opacity means.
+    /// The meaning of the opacity.
     pub alpha: Alpha,
 }
 
@@ -116,7 +115,7 @@ pub enum Alpha {
     Opaque,
     /// The surface is invisible where its opacity is below this.
     Mask(f32),
-    /// The surface is blended with what is behind.
+    /// The surface is blended with its background.
     Blend,
 }
 
@@ -126,20 +125,20 @@ pub enum Alpha {
 pub struct Image {
     /// The name, or empty.
     pub name: String,
-    /// The media type, such as `image/png`, or empty when the file does not say.
+    /// The media type, such as `image/png`; empty if the file does not state it.
     pub media_type: String,
     /// The image itself.
     pub data: ImageData,
 }
 
-/// Where an image is.
+/// The location of an image.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ImageData {
     /// Embedded: the bytes of an encoded image file.
     Bytes(Vec<u8>),
-    /// In a file, named relative to the file that refers to it: a path with `/` between its parts, as
-    /// it is, not percent-encoded. What has a scheme (`https://`) is as the file gives it.
+    /// In a file, named relative to the file that refers to it: a path with `/` between its parts, not percent-encoded.
+    /// A name with a scheme (`https://`) is unchanged.
     Uri(String),
 }
 
@@ -147,30 +146,30 @@ pub enum ImageData {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// An attribute is longer or shorter than what it describes.
+    /// The length of an attribute does not match its elements.
     #[error("{} has {found} entries, but the model has {expected} {of}", brief(attribute))]
     Length {
         /// The attribute.
         attribute: String,
-        /// How many entries it has.
+        /// The number of entries.
         found: usize,
-        /// What it describes.
+        /// The elements that it describes.
         of: &'static str,
-        /// How many of those there are.
+        /// The number of these elements.
         expected: usize,
     },
-    /// An index names something that is not there.
+    /// An index is out of range.
     #[error("{of} {index} refers to {what} {value}, but there are only {count}")]
     Index {
-        /// What holds the index.
+        /// The kind of element that holds the index.
         of: &'static str,
-        /// Which of those.
+        /// The index of this element.
         index: usize,
-        /// What the index refers to.
+        /// The kind of element that the index refers to.
         what: &'static str,
         /// The index.
         value: u32,
-        /// How many there are.
+        /// The number of such elements.
         count: usize,
     },
     /// A face has fewer than three corners.
@@ -178,7 +177,7 @@ pub enum ModelError {
     TooFewCorners {
         /// The face.
         face: usize,
-        /// How many corners it has.
+        /// The number of corners.
         corners: usize,
     },
     /// A rebuilt mesh is larger than 32-bit indices can address.
@@ -187,7 +186,7 @@ pub enum ModelError {
 }
 
 impl Model {
-    /// The group or material of a face that has none.
+    /// The group or material of a face without one.
     pub const NONE: u32 = u32::MAX;
 
     /// Checks the length of every attribute and the range of every index.
@@ -209,7 +208,7 @@ impl Model {
     /// is in range. Faces are not checked.
     ///
     /// # Errors
-    /// The first contradiction found.
+    /// The first inconsistency.
     pub fn check_attributes(&self) -> Result<(), ModelError> {
         let (vertices, faces, corners) =
             (self.soup.vertex_count(), self.soup.face_count(), self.soup.corners().len());
@@ -273,7 +272,7 @@ impl Model {
         same_length("vertex_source", Some(vertex_source), "vertices", positions.len())?;
         same_length("face_source", Some(face_source), "triangles", triangles.len())?;
         same_length("corner_source", Some(corner_source), "triangles", triangles.len())?;
-        // Faces that a repair has dropped may have been anything.
+        // Faces that a repair has dropped may have been invalid.
         self.check_attributes()?;
         let corner_source = corner_source.as_flattened();
         let (vertices, faces) = (self.soup.vertex_count(), self.soup.face_count());
@@ -313,9 +312,9 @@ impl Model {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blend {
-    /// Which ones.
+    /// The sources.
     pub sources: [u32; 3],
-    /// Their weights, which add up to one; sources without weight do not matter.
+    /// Their weights, with sum 1; sources with weight 0 are ignored.
     pub weights: [f64; 3],
 }
 
@@ -345,9 +344,9 @@ impl Blend {
 }
 
 impl Model {
-    /// The model of a mesh whose vertices lie between those of this one: as [`Model::reindexed`],
-    /// with data of vertices and corners interpolated. Normals get unit length, colours of eight bits
-    /// stay colours of eight bits, and labels are those of the nearest vertex.
+    /// The model of a mesh whose vertices lie between the vertices of this one: as [`Model::reindexed`], with
+    /// interpolated data of vertices and corners. Normals get unit length, eight-bit colours stay eight-bit colours,
+    /// and labels are copied from the nearest vertex.
     ///
     /// # Errors
     /// As [`Model::reindexed`].
@@ -406,7 +405,7 @@ impl From<PolygonSoup> for Model {
     }
 }
 
-/// Vertices and faces keep their order; the gaps that edits have left are closed.
+/// Vertices and faces keep their order; gaps are closed.
 impl From<&TriMesh> for Model {
     fn from(mesh: &TriMesh) -> Self {
         mesh.to_soup().into()
@@ -414,7 +413,7 @@ impl From<&TriMesh> for Model {
 }
 
 impl Model {
-    /// Whether the model has vertices and faces only.
+    /// Whether the model has only vertices and faces.
     #[must_use]
     pub fn is_bare(&self) -> bool {
         let Self {
@@ -454,8 +453,8 @@ impl Model {
             && material_libraries.is_empty()
     }
 
-    /// Texture coordinates by vertex, when there are any and the corners of every vertex agree.
-    /// Zero at vertices that no face uses.
+    /// Texture coordinates by vertex, if there are any and all corners of every vertex agree. Zero at vertices that no
+    /// face uses.
     #[must_use]
     pub fn vertex_uvs(&self) -> Option<Vec<[f32; 2]>> {
         let corner_uvs = self.corner_uvs.as_deref()?;
@@ -471,8 +470,7 @@ impl Model {
 }
 
 impl Image {
-    /// The media type; told by the first bytes when the file does not say, and empty when these do
-    /// not tell.
+    /// The media type. If the file does not state it, it is derived from the first bytes; empty if unknown.
     #[must_use]
     pub fn media_type(&self) -> &str {
         match &self.data {
@@ -527,7 +525,7 @@ fn gather_scalars(scalars: &[Scalars], source: &[u32]) -> Vec<Scalars> {
     scalars.iter().map(|scalars| scalars.with(scalars.values.gather(source))).collect()
 }
 
-/// Interpolated numbers, in the type of the old ones.
+/// Interpolated numbers, in the original type.
 fn blend_scalars(values: &ScalarValues, blends: &[Blend]) -> ScalarValues {
     let blended: ScalarValues = {
         let old = values.to_f64();

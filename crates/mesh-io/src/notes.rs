@@ -1,11 +1,11 @@
-//! What a reader says about a file: notes in words, and the content that is lost.
+//! The messages of a reader: notes for people, and lost content.
 
 use crate::lost::Lost;
 use crate::model::Model;
 use crate::text::brief;
 use std::collections::HashSet;
 
-/// Notes about a file: each of them once, printable, and no more than a person reads.
+/// Notes about a file: unique, printable, and limited in number.
 #[derive(Default)]
 pub(crate) struct Notes {
     notes: Vec<String>,
@@ -22,7 +22,7 @@ impl Notes {
         self.is_new(note.as_ref());
     }
 
-    /// Adds a note unless it is there already, or there are too many.
+    /// Adds a note, unless it is present already or there are too many. Returns whether it is new.
     fn is_new(&mut self, note: &str) -> bool {
         let note = brief(note);
         if self.seen.contains(note.as_ref()) {
@@ -37,14 +37,14 @@ impl Notes {
         true
     }
 
-    /// Content that is not in the model.
+    /// Records content that is not in the model.
     pub(crate) fn lose(&mut self, lost: Lost) {
         if self.is_new(&format!("lost {lost}")) {
             self.lost.push(lost);
         }
     }
 
-    /// Content that is not in the model, if there is any of it.
+    /// Records content that is not in the model, if there is any.
     pub(crate) fn lose_some(&mut self, what: impl AsRef<str>, count: u64, why: impl AsRef<str>) {
         if count > 0 {
             self.lose(Lost::some(what, count, why));

@@ -1,19 +1,19 @@
-//! Numbers for names, in the order in which they are first seen.
+//! Numbers for names, in the order of first occurrence.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 
-/// Names, each once, and the place of each. A name is kept in one copy only.
+/// Unique names, and the number of each. Every name is stored once.
 #[derive(Default)]
 pub(crate) struct Numbering {
     names: Vec<String>,
-    /// Places by a hash that no file can foresee; a quick one of it will do for the table.
+    /// Numbers by a hash that a file cannot predict; the table uses a fast hash of it.
     places: HashMap<u64, u32, foldhash::fast::RandomState>,
     state: RandomState,
 }
 
 impl Numbering {
-    /// The memory that a name takes, beside its bytes.
+    /// The memory of a name, in addition to its bytes.
     #[cfg(feature = "obj")]
     pub(crate) const COST: u64 = 160;
 
@@ -26,7 +26,7 @@ impl Numbering {
         self.names
     }
 
-    /// The number of a name, and whether it is new.
+    /// The number of a name, and whether the name is new.
     pub(crate) fn number(&mut self, name: &str) -> (u32, bool) {
         match self.find(name) {
             Ok(place) => (place, false),
@@ -39,14 +39,13 @@ impl Numbering {
         }
     }
 
-    /// The number of a name that has been seen.
+    /// The number of a known name.
     #[cfg(feature = "obj")]
     pub(crate) fn get(&self, name: &str) -> Option<u32> {
         self.find(name).ok()
     }
 
-    /// The place of a name, or the hash under which to put it. Another name of the same hash makes
-    /// way by another attempt.
+    /// The number of a name, or the hash to store it under. If another name has the same hash, another attempt follows.
     fn find(&self, name: &str) -> Result<u32, u64> {
         let mut attempt = 0_u32;
         loop {

@@ -1,4 +1,4 @@
-//! Formats of pictures: told by the first bytes, with the size that the header states.
+//! Formats of pictures, detected by their first bytes, and the size in their header.
 
 /// The format of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,8 +1,8 @@
 //! The pictures of materials, checked before anybody decodes or embeds them.
 //!
-//! A model can name any file, and a picture can state any size. Only files that begin as a picture are accepted, no
-//! hidden files, and only while the pixels of all pictures fit into the memory that the files account for. Each content
-//! is there once, however many materials or names refer to it.
+//! A model can name any file, and a picture can state any size. So a file is accepted only if it starts as a picture,
+//! is not hidden, and the pixels of all pictures fit into the memory limit for their files. Equal contents are stored
+//! once, however many materials or names refer to them.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -15,7 +15,7 @@ use crate::external::External;
 use crate::model::{ImageData, Model};
 use crate::picture_format::PictureFormat;
 
-/// Which pictures are loaded.
+/// Options for loading pictures.
 #[derive(Clone, Debug)]
 pub struct PictureOptions {
     /// The folder that names of pictures are relative to. Without a folder, only embedded pictures are loaded.
@@ -24,7 +24,7 @@ pub struct PictureOptions {
     pub external: External,
     /// The formats that the caller can use.
     pub formats: &'static [PictureFormat],
-    /// The most memory in bytes for the pixels of all pictures. When absent, 64 MiB and 60 bytes for each byte of the
+    /// The limit in bytes for the pixels of all pictures. `None` for 64 MiB plus 60 bytes for each byte of the
     /// pictures.
     pub max_memory: Option<u64>,
 }
@@ -47,7 +47,7 @@ pub struct Picture {
     pub name: String,
     /// Whether the picture is a file of its own.
     pub is_file: bool,
-    /// The format, by the first bytes.
+    /// The format, detected by the first bytes.
     pub format: PictureFormat,
     /// Width and height in pixels, from the header.
     pub size: [u32; 2],
@@ -55,7 +55,7 @@ pub struct Picture {
     pub bytes: Vec<u8>,
 }
 
-/// Why a picture was left out.
+/// The reason why a picture was left out.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
@@ -95,7 +95,7 @@ pub enum PictureError {
 pub struct Pictures {
     /// The pictures, each content once.
     pub pictures: Vec<Picture>,
-    /// For each image of the model its place among the pictures. `None` for images that were left out or that no
+    /// For each image of the model, its index among the pictures. `None` for images that were left out or that no
     /// material uses.
     pub of_image: Vec<Option<u32>>,
     /// The names of the images that were left out, and why.
@@ -119,7 +119,7 @@ impl Pictures {
         for (number, (image, is_used)) in model.images.iter().zip(is_used).enumerate() {
             let place = match &image.data {
                 _ if !is_used => None,
-                // The reader has said that it is not there.
+                // The reader has reported that it is missing.
                 ImageData::Bytes(bytes) if bytes.is_empty() => None,
                 ImageData::Bytes(bytes) => {
                     let name = match &*image.name {
@@ -169,7 +169,7 @@ impl Pictures {
 
 struct Loader<'o> {
     options: &'o PictureOptions,
-    /// By the hash of the content: the place of a picture.
+    /// The index of a picture, by the hash of its content.
     by_hash: HashMap<u64, u32, foldhash::fast::RandomState>,
     /// The bytes of all pictures.
     file_bytes: u64,
@@ -183,11 +183,11 @@ enum Found {
     New { format: PictureFormat, size: [u32; 2], bytes: Vec<u8> },
 }
 
-/// The bytes that tell a format.
+/// The number of bytes that determine a format.
 const HEAD: u64 = 12;
 
 impl Loader<'_> {
-    /// Reads a file, if it begins as a picture.
+    /// Reads a file, if it starts as a picture.
     fn read(&self, name: &str) -> Result<Vec<u8>, PictureError> {
         let failed = |error: std::io::Error| PictureError::Read(error.to_string());
         let is_hidden = |part: &str| part.starts_with('.') && part != "." && part != "..";

@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// How many bytes tell the format.
+/// The number of bytes that are examined to detect the format.
 const HEAD: usize = 4096;
 
 /// Options of the readers. The defaults are safe for untrusted files.
@@ -46,7 +46,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Model, ReadError> {
     read_with(path, &ReadOptions::default())
 }
 
-/// Reads a mesh file as the options say.
+/// Reads a mesh file with these options.
 ///
 /// # Errors
 /// As [`read`].
@@ -59,7 +59,7 @@ pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Model,
     read().map_err(|error| error.at_path(path))
 }
 
-/// Opens a file, and completes the options by what is known of it.
+/// Opens a file, and adds its known properties to the options.
 pub(crate) fn open(path: &Path, options: &ReadOptions) -> Result<(File, ReadOptions), ReadError> {
     let file = File::open(path).map_err(ReadErrorKind::Io)?;
     let metadata = file.metadata().map_err(ReadErrorKind::Io)?;
@@ -71,8 +71,8 @@ pub(crate) fn open(path: &Path, options: &ReadOptions) -> Result<(File, ReadOpti
     Ok((file, options))
 }
 
-/// Reads a mesh from a stream, which need not be buffered. Files that the content names are not read,
-/// unless the options name the folder that they are in.
+/// Reads a mesh from a stream, which need not be buffered. Files named in the content are read only if the options name
+/// their folder.
 ///
 /// # Errors
 /// As [`read`]; the error has no path.
@@ -110,14 +110,14 @@ fn read_stream(
     Ok(model)
 }
 
-/// The format of what is about to be read, and its length as far as it is known.
+/// The format of the input, and its length if known.
 pub(crate) fn detect(
     input: &mut Input<'_>,
     options: &ReadOptions,
     path: Option<&Path>,
 ) -> Result<(Format, Option<u64>), ReadErrorKind> {
     let head = input.peek(HEAD)?;
-    // A stream that ends within the head has told its length.
+    // A stream that ends within the head has a known length.
     let size = options.size.or_else(|| (head.len() < HEAD).then_some(head.len() as u64));
     match options.format.or_else(|| Format::detect(head, size, path)) {
         Some(format) => Ok((format, size)),

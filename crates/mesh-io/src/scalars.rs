@@ -1,4 +1,4 @@
-//! Named numbers of vertices and faces, in the type that the file gives them.
+//! Named numbers of vertices and faces, in the type of the file.
 
 use std::borrow::Cow;
 
@@ -21,13 +21,13 @@ pub struct Scalars {
     pub name: String,
     /// The numbers, in their type.
     pub values: ScalarValues,
-    /// Whether the numbers are labels. A label is copied from the nearest vertex or face. Numbers
-    /// that are no labels are interpolated. Whole numbers are labels unless stated otherwise.
+    /// Whether the numbers are labels. A label is copied from the nearest vertex or face; other numbers are
+    /// interpolated. Integers are labels unless stated otherwise.
     pub is_label: bool,
 }
 
 impl Scalars {
-    /// Numbers under a name; whole numbers are labels.
+    /// Named numbers; integers are labels.
     #[must_use]
     pub fn new(name: impl Into<String>, values: impl Into<ScalarValues>) -> Self {
         let values = values.into();
@@ -67,7 +67,7 @@ pub enum ScalarType {
     F64,
 }
 
-/// A column of numbers, in the type that they have in the file.
+/// A column of numbers, in the type of the file.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ScalarValues {
@@ -93,7 +93,7 @@ pub enum ScalarValues {
     F64(Vec<f64>),
 }
 
-/// Expands an expression for the numbers of a column, whatever their type is.
+/// Expands an expression for a column of any type.
 macro_rules! each_type {
     ($column:expr, $values:ident => $then:expr) => {
         match $column {
@@ -144,7 +144,7 @@ impl ScalarType {
         }
     }
 
-    /// The bytes of one number.
+    /// The size of one number in bytes.
     #[must_use]
     pub fn bytes(self) -> usize {
         match self {
@@ -215,7 +215,7 @@ impl ScalarValues {
         }
     }
 
-    /// How many numbers there are.
+    /// The number of entries.
     #[must_use]
     pub fn len(&self) -> usize {
         each_type!(self, values => values.len())
@@ -227,7 +227,7 @@ impl ScalarValues {
         self.len() == 0
     }
 
-    /// Whether the numbers are whole by their type.
+    /// Whether the type is an integer type.
     #[must_use]
     pub fn is_integer(&self) -> bool {
         self.scalar_type().is_integer()
@@ -254,7 +254,7 @@ impl ScalarValues {
         }))
     }
 
-    /// The numbers in 64-bit floating point, without a copy where they are that already.
+    /// The numbers in 64-bit floating point, without a copy if they have this type already.
     #[must_use]
     pub fn to_f64(&self) -> Cow<'_, [f64]> {
         match self {
@@ -263,12 +263,12 @@ impl ScalarValues {
         }
     }
 
-    /// The numbers in 64-bit floating point, one after another.
+    /// Iterates over the numbers in 64-bit floating point.
     pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.len()).map(|place| self.get(place).unwrap_or(f64::NAN))
     }
 
-    /// The numbers at these places. A place that is not there is left out.
+    /// The numbers at these indices. Invalid indices are skipped.
     #[must_use]
     pub fn gather(&self, places: &[u32]) -> Self {
         fn gather<T: Copy>(values: &[T], places: &[u32]) -> Vec<T> {
@@ -277,8 +277,7 @@ impl ScalarValues {
         each_type!(self, values => gather(values, places).into())
     }
 
-    /// The numbers in another type. Fractions are rounded, and a number that is out of its range
-    /// becomes the nearest number in its range.
+    /// The numbers in another type. Fractions are rounded, and numbers out of range are clamped.
     #[must_use]
     pub fn cast(&self, kind: ScalarType) -> Self {
         if self.scalar_type() == kind {
@@ -294,7 +293,7 @@ impl ScalarValues {
         cast
     }
 
-    /// The number at a place of a column of whole numbers.
+    /// The number at an index of an integer column.
     #[must_use]
     pub fn whole(&self, place: usize) -> Option<i128> {
         fn at<T: Copy + Into<i128>>(values: &[T], place: usize) -> Option<i128> {
@@ -313,8 +312,8 @@ impl ScalarValues {
         }
     }
 
-    /// Sets the number at a place: `whole` where it is known exactly, else `value`. Returns false when
-    /// the type cannot hold the number.
+    /// Sets the number at an index: `whole` if it is known exactly, else `value`. Returns false if the type cannot hold
+    /// the number.
     pub(crate) fn set(&mut self, place: usize, value: f64, whole: Option<i128>) -> bool {
         fn put<T: TryFrom<i128>>(values: &mut [T], place: usize, whole: Option<i128>) -> bool {
             let number = whole.and_then(|whole| T::try_from(whole).ok());
@@ -335,12 +334,12 @@ impl ScalarValues {
         }
     }
 
-    /// Makes room for `more` further numbers.
+    /// Reserves memory for `more` further numbers.
     pub(crate) fn reserve_exact(&mut self, more: usize) {
         each_type!(self, values => values.reserve_exact(more));
     }
 
-    /// Lengthens the column with zeros, or shortens it.
+    /// Extends the column with zeros, or shortens it.
     pub(crate) fn resize(&mut self, count: usize) {
         each_type!(self, values => values.resize(count, Default::default()));
     }

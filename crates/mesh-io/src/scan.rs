@@ -1,4 +1,4 @@
-//! Reading a file as a stream: vertices and faces pass by, nothing is kept of them.
+//! Reading a file as a stream of vertices and faces, which are not kept.
 
 use crate::Format;
 use crate::budget::Budget;
@@ -12,21 +12,21 @@ use std::io::Read;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// What is known of a file after a scan.
+/// The result of a scan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scanned {
     /// The format.
     pub format: Format,
-    /// What was passed over, in words.
+    /// Content that was skipped, in words.
     pub notes: Vec<String>,
-    /// The content of the file that did not pass by. Each loss is in the notes as well.
+    /// The content of the file that was not visited. Each loss is in the notes as well.
     pub lost: Vec<Lost>,
-    /// Whether all of it was read; else the visitor has ended it.
+    /// Whether the file was read to its end; false if the visitor stopped the scan.
     pub is_whole: bool,
 }
 
-/// Reads the vertices and faces of a PLY, STL or OBJ file one by one, in memory that does not depend on
-/// the size of the file. All else that the file holds is passed over, and named in the notes.
+/// Reads the vertices and faces of a PLY, STL or OBJ file one by one, in memory that does not depend on the size of the
+/// file. All other content is skipped, and named in the notes.
 ///
 /// ```no_run
 /// use core::ops::ControlFlow;

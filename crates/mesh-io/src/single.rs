@@ -1,4 +1,4 @@
-//! What becomes of coordinates in 32 bits.
+//! Rounding of coordinates to 32 bits.
 
 use crate::error::WriteError;
 use crate::format::Format;
@@ -31,20 +31,19 @@ pub(crate) fn check_finite(positions: &[DVec3], format: Format) -> Result<(), Wr
     }
 }
 
-/// The first coordinate that is so, and its vertex.
+/// The first coordinate with this property, and its vertex.
 fn find(positions: &[DVec3], is_so: impl Fn(&f64) -> bool) -> Option<(usize, f64)> {
     positions.iter().enumerate().find_map(|(vertex, position)| {
         Some((vertex, position.to_array().into_iter().find(&is_so)?))
     })
 }
 
-/// Numbers that are there, and another where one is missing, which is not a number: readers of other
-/// programs stumble over those.
+/// Replaces missing values, which are NaN, by another number: readers of other programs cannot handle NaN.
 pub(crate) fn finite_or<const N: usize>(values: [f32; N], otherwise: f32) -> [f32; N] {
     values.map(|value| if value.is_finite() { value } else { otherwise })
 }
 
-/// Whether all of these numbers are there.
+/// Whether all of these numbers are present.
 pub(crate) fn are_finite<const N: usize>(values: &[f32; N]) -> bool {
     values.iter().all(|value| value.is_finite())
 }

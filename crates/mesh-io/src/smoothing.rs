@@ -1,12 +1,12 @@
-//! Normals from smoothing groups, for formats that have normals and no groups.
+//! Normals from smoothing groups, for formats that have normals but no groups.
 
 use crate::format::Format;
 use crate::model::Model;
 use glam::DVec3;
 use std::borrow::Cow;
 
-/// The model with normals in place of its smoothing groups, where the format has normals that can say the
-/// same. A model with normals of its own keeps them and its groups.
+/// The model with normals instead of smoothing groups, if the format has normals that can express them. A model with
+/// its own normals keeps them and its groups.
 pub(crate) fn with_normals(model: Cow<'_, Model>, format: Format) -> Cow<'_, Model> {
     let has_normals = model.corner_normals.is_some() || model.vertex_normals.is_some();
     let Some(groups) = model.face_smoothing.as_deref().filter(|_| !has_normals) else {
@@ -35,12 +35,12 @@ pub(crate) fn with_normals(model: Cow<'_, Model>, format: Format) -> Cow<'_, Mod
     }
 }
 
-/// The normal of every corner: that of the face in group 0, else the mean over the faces of the group at the
-/// vertex, each weighted by its angle there.
+/// The normal of every corner. In group 0 it is the normal of the face. Otherwise it is the mean over the faces of the
+/// group at the vertex, weighted by their angles there.
 fn corner_normals(model: &Model, groups: &[u32]) -> Vec<[f32; 3]> {
     let soup = &model.soup;
     let mut normals = vec![DVec3::ZERO; soup.corners().len()];
-    // The vertex, the group and the corner of every corner of a group.
+    // The vertex, the group and the index of every corner of a group.
     let mut members: Vec<(u32, u32, usize)> = Vec::new();
     for (face, &group) in groups.iter().enumerate().take(soup.face_count()) {
         let vertices = soup.face(face);
@@ -79,7 +79,7 @@ fn vertex_normals(model: &Model, of_corners: &[[f32; 3]]) -> Option<Vec<[f32; 3]
     Some(normals)
 }
 
-/// The unit normal of a polygon by Newell's formula, upwards where it has no area.
+/// The unit normal of a polygon by Newell's formula; upwards if it has no area.
 fn face_normal(corners: &[DVec3]) -> DVec3 {
     let next = corners.iter().cycle().skip(1);
     let sum: DVec3 = corners.iter().zip(next).map(|(a, b)| a.cross(*b)).sum();

@@ -1,14 +1,14 @@
-//! Text of files as it may be shown to people: nothing in it speaks to the terminal.
+//! Text from files, made safe to print on a terminal.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// A text with everything escaped that a terminal or an editor would obey instead of showing:
-/// control characters, marks that change the direction of writing, characters without width.
-/// Letters of all scripts, quotes and backslashes stay.
+/// A text with escapes for all characters that a terminal or an editor would obey instead of showing: control
+/// characters, marks of writing direction, characters without width. Letters of all scripts, quotes and backslashes
+/// stay.
 ///
-/// Errors and [notes](crate::Model::notes) have been through this; names of groups, materials and
-/// attributes in a [`Model`](crate::Model) are as the file has them.
+/// Errors and [notes](crate::Model::notes) are already printable. Names of groups, materials and attributes in a
+/// [`Model`](crate::Model) are unchanged from the file.
 ///
 /// ```
 /// assert_eq!(mesh_io::printable("caf\u{e9} \u{1b}[2J"), "caf\u{e9} \\u{1b}[2J");
@@ -48,7 +48,7 @@ fn is_unprintable(c: char) -> bool {
             | '\u{e0000}'..='\u{e007f}')
 }
 
-/// A few words of the file for a message, in quotation marks, shortened and printable.
+/// A few words of the file for a message: quoted, shortened and printable.
 pub(crate) fn quote(bytes: &[u8]) -> String {
     const LONGEST: usize = 40;
     if bytes.is_empty() {
@@ -56,7 +56,7 @@ pub(crate) fn quote(bytes: &[u8]) -> String {
     }
     let mut shown = String::from("\"");
     let mut room = LONGEST;
-    // No character has more than four bytes.
+    // A character has at most four bytes.
     for chunk in bytes[..bytes.len().min(4 * LONGEST)].utf8_chunks() {
         for c in chunk.valid().chars().take(room) {
             match c {
@@ -77,7 +77,7 @@ pub(crate) fn quote(bytes: &[u8]) -> String {
     shown
 }
 
-/// As [`printable`], and no longer than a few lines.
+/// As [`printable`], limited to a few lines.
 pub(crate) fn brief(text: &str) -> Cow<'_, str> {
     const LONGEST: usize = 400;
     match text.char_indices().nth(LONGEST) {

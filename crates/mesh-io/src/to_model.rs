@@ -33,7 +33,7 @@ impl ToModel for PolygonSoup {
     }
 }
 
-/// Vertices and faces keep their order; the gaps that edits have left are closed.
+/// Vertices and faces keep their order; gaps are closed.
 impl ToModel for TriMesh {
     fn to_model(&self) -> Result<Cow<'_, Model>, ModelError> {
         Ok(Cow::Owned(self.into()))

@@ -14,17 +14,16 @@ use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes a model or a mesh to a file, in the format that the options or the extension name.
+/// Writes a model or a mesh to a file, in the format given by the options or the extension.
 ///
-/// The file is written beside the target and renamed onto it when it is whole, so that no failure
-/// leaves anything else than the old file or the new one.
+/// The file is written beside the target and renamed when it is complete. So after any failure the target is either the
+/// old file or the new one.
 ///
-/// An OBJ file comes with a material library, `NAME.mtl`, and with its embedded images as files
-/// beside it, unless the libraries that the model names are there already or nothing is known of its
-/// materials. Such companions are never written through a link, and replace only those of an earlier
-/// run of the same output, which are told by a checksum in the library, unless
-/// [`WriteOptions::overwrite_companions`] is set. Images in files keep their names, which are
-/// relative to the OBJ or glTF file. A target that is a pipe or a device gets no companions.
+/// An OBJ file gets a material library, `NAME.mtl`, and its embedded images as files beside it. It gets none if the
+/// libraries named in the model exist already, or if nothing is known of its materials. These companions are never
+/// written through a link. They replace only companions of an earlier run of the same output, which are recognised by a
+/// checksum in the library, unless [`WriteOptions::overwrite_companions`] is set. Images in files keep their names,
+/// which are relative to the OBJ or glTF file. A target that is a pipe or a device gets no companions.
 ///
 /// ```no_run
 /// use mesh_core::TriMesh;
@@ -37,8 +36,8 @@ use std::path::Path;
 /// ```
 ///
 /// # Errors
-/// A [`WriteError`]: nothing has been written then. (Only when it is a *rename* that fails, the
-/// companions may be new already.)
+/// A [`WriteError`]. Nothing has been written then. (Only if a *rename* fails, the companions may have been replaced
+/// already.)
 pub fn write<M: ToModel + ?Sized>(
     path: impl AsRef<Path>,
     model: &M,
@@ -47,10 +46,10 @@ pub fn write<M: ToModel + ?Sized>(
     stage(path, model, options)?.commit()
 }
 
-/// A file and its companions, whole and on the disk under temporary names beside their targets.
+/// A file and its companions, complete and on the disk under temporary names beside their targets.
 ///
-/// [`Staged::commit`] gives them their places; dropped, they are removed. With several of them,
-/// whatever can fail slowly has failed before the first old file is replaced.
+/// [`Staged::commit`] moves them to their targets; dropping removes them. With several such values, all slow steps that
+/// can fail are done before the first old file is replaced.
 #[derive(Debug)]
 #[must_use = "the file takes its place when it is committed"]
 pub struct Staged {
@@ -65,7 +64,7 @@ impl Staged {
         Self { companions: Vec::new(), file, report }
     }
 
-    /// What is going to be written.
+    /// The report of the files to be written.
     #[must_use]
     pub fn report(&self) -> &WriteReport {
         &self.report
@@ -74,7 +73,7 @@ impl Staged {
     /// Replaces the files at the targets, companions first.
     ///
     /// # Errors
-    /// A file cannot be renamed: the target is as it was.
+    /// A file cannot be renamed; its target is unchanged.
     pub fn commit(self) -> Result<WriteReport, WriteError> {
         self.companions.into_iter().try_for_each(Beside::commit)?;
         self.file.commit()?;
@@ -82,7 +81,7 @@ impl Staged {
     }
 }
 
-/// Does all that [`write()`] does except for the last step, [`Staged::commit`].
+/// Does everything that [`write()`] does except the last step, [`Staged::commit`].
 ///
 /// # Errors
 /// As [`write()`].
@@ -105,11 +104,11 @@ pub fn stage<M: ToModel + ?Sized>(
     Ok(Staged { companions: beside.prepared, file, report })
 }
 
-/// Whether a model can be written in a format, as far as can be told without writing it: it must not
-/// contradict itself, the format must have the encoding, and must be able to hold the coordinates.
+/// Checks whether a model can be written in a format, as far as possible without writing it: the model must be
+/// consistent, and the format must support the encoding and the coordinates.
 ///
 /// # Errors
-/// What [`write()`] would say.
+/// The errors of [`write()`].
 pub fn check_write<M: ToModel + ?Sized>(
     model: &M,
     format: Format,
@@ -142,7 +141,7 @@ fn target(format: Format, options: &WriteOptions, has_companions: bool) -> Targe
     Target { format, is_text: options.encoding == Encoding::Text, has_companions }
 }
 
-/// Whether this build writes the format, and in this encoding.
+/// Checks that this build supports the format and the encoding.
 pub(crate) fn check_encoding(format: Format, encoding: Encoding) -> Result<(), WriteError> {
     use Encoding::{BigEndian, LittleEndian, Text, Usual};
     let disabled = match format {
@@ -166,7 +165,7 @@ pub(crate) fn check_encoding(format: Format, encoding: Encoding) -> Result<(), W
     Err(WriteError::NoSuchEncoding { format, encoding: encoding.name() })
 }
 
-/// The format that the options or the extension name.
+/// The format given by the options or the extension.
 pub(crate) fn format_of(path: &Path, options: &WriteOptions) -> Result<Format, WriteError> {
     let format = options.format.or_else(|| Format::from_extension(path));
     format.ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))
@@ -175,11 +174,11 @@ pub(crate) fn format_of(path: &Path, options: &WriteOptions) -> Result<Format, W
 /// Writes levels of detail of one object, from fine to coarse, into one glTF or GLB file with the
 /// extension `MSFT_lod`. They share the materials and images of the first.
 ///
-/// `coverage` holds for each level the part of the screen that the object must cover for the level
-/// to be shown; below the last number nothing is. Levels without faces are left out.
+/// `coverage` holds, for each level, the part of the screen that the object must cover for the level to be shown; below
+/// the last number nothing is shown. Levels without faces are left out.
 ///
 /// # Errors
-/// A [`WriteError`], also for any other format: nothing has been written then.
+/// A [`WriteError`], also for other formats. Nothing has been written then.
 #[cfg(feature = "gltf")]
 pub fn write_levels<M: ToModel>(
     path: impl AsRef<Path>,
@@ -190,7 +189,7 @@ pub fn write_levels<M: ToModel>(
     stage_levels(path, levels, coverage, options)?.commit()
 }
 
-/// Does all that [`write_levels`] does except for the last step, [`Staged::commit`].
+/// Does everything that [`write_levels`] does except the last step, [`Staged::commit`].
 ///
 /// # Errors
 /// As [`write_levels`].
@@ -222,7 +221,7 @@ pub fn stage_levels<M: ToModel>(
     Ok(Staged::new(file, report))
 }
 
-/// Whether there is a part of the screen for each level.
+/// Checks that there is a coverage for each level.
 #[cfg(feature = "gltf")]
 fn check_coverage(coverage: &[f64], levels: usize) -> Result<(), WriteError> {
     if coverage.len() != levels {
@@ -241,11 +240,10 @@ fn check_coverage(coverage: &[f64], levels: usize) -> Result<(), WriteError> {
     }
 }
 
-/// Writes a file of any kind as [`write()`] does: the file at `path` is the old one until the new one
-/// is whole.
+/// Replaces a file of any kind in the same way as [`write()`]: the old file stays until the new one is complete.
 ///
 /// # Errors
-/// The file cannot be written: it is as it was.
+/// The file cannot be written; it is unchanged.
 pub fn replace_file(
     path: impl AsRef<Path>,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
@@ -253,7 +251,7 @@ pub fn replace_file(
     stage_file(path, content)?.commit().map(|_| ())
 }
 
-/// Does all that [`replace_file`] does except for the last step, [`Staged::commit`].
+/// Does everything that [`replace_file`] does except the last step, [`Staged::commit`].
 ///
 /// # Errors
 /// As [`replace_file`].
@@ -265,15 +263,15 @@ pub fn stage_file(
     Ok(Staged::new(file, WriteReport::default()))
 }
 
-/// The files that go with another one, prepared.
+/// The companions of a file, prepared.
 #[derive(Default)]
 struct Companions {
-    /// The material libraries that the file is to name.
+    /// The material libraries that the file refers to.
     names: Vec<String>,
     prepared: Vec<Beside>,
     paths: Vec<std::path::PathBuf>,
     kept: Vec<std::path::PathBuf>,
-    /// Whether embedded images have got files of their own, where there are any.
+    /// Whether embedded images, if any, have their own files.
     any: bool,
 }
 
@@ -301,10 +299,10 @@ impl Companions {
     }
 }
 
-/// Writes a model to a stream, many small pieces at a time: buffer it.
+/// Writes a model to a stream, in many small pieces, so the stream should be buffered.
 ///
 /// # Errors
-/// A [`WriteError`]; part of the file may have been written only when the stream itself fails.
+/// A [`WriteError`]; part of the output may have been written only if the stream itself fails.
 pub fn write_to<M: ToModel + ?Sized>(
     mut writer: &mut dyn Write,
     model: &M,
@@ -319,7 +317,7 @@ pub fn write_to<M: ToModel + ?Sized>(
     Ok(report)
 }
 
-/// Writes a model that has been checked.
+/// Writes a model that has already been checked.
 fn put(
     writer: &mut dyn Write,
     model: &Model,

@@ -1,4 +1,4 @@
-//! Writing a mesh that passes by, vertices first and then faces: nothing of it is held.
+//! Writing a streamed mesh, first the vertices and then the faces, without holding it.
 
 use crate::Format;
 use crate::atomic;
@@ -14,7 +14,7 @@ use glam::DVec3;
 use std::io::Write;
 use std::path::Path;
 
-/// Takes a mesh as it passes by; made by [`stage_passing`] and [`write_passing`].
+/// Receives a streamed mesh; made by [`stage_passing`] and [`write_passing`].
 pub struct Passer<'w> {
     writer: Writer<'w>,
     format: Format,
@@ -64,7 +64,7 @@ impl<'w> Passer<'w> {
         Ok(Self { writer, format, single, vertex: 0, rounding: 0.0, beyond: None, lost })
     }
 
-    /// The next vertex, with as many numbers as were announced, and a colour if one was.
+    /// Writes the next vertex, with the announced numbers, and a colour if one was announced.
     ///
     /// # Errors
     /// The file cannot be written, or a coordinate is beyond what it can hold.
@@ -88,7 +88,7 @@ impl<'w> Passer<'w> {
         }
     }
 
-    /// What becomes of a coordinate in 32 bits.
+    /// Checks the rounding of a coordinate to 32 bits.
     fn look_at(&mut self, at: DVec3) -> std::io::Result<()> {
         for value in at.to_array() {
             let narrow = value as f32;
@@ -102,7 +102,7 @@ impl<'w> Passer<'w> {
         Ok(())
     }
 
-    /// The next face: its vertices, and where they are.
+    /// Writes the next face, given by its vertices and their positions.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -127,12 +127,12 @@ impl<'w> Passer<'w> {
     }
 }
 
-/// Writes a mesh of any size as PLY, STL or OBJ, in memory that does not depend on it: `content` gives all
-/// vertices and then all faces, as many of each as it says in `passing`. The file takes its place when it is
-/// committed. It is, byte for byte, that of a [`Model`](crate::Model) with the same content.
+/// Writes a mesh of any size as PLY, STL or OBJ, in memory that does not depend on its size. `content` must pass all
+/// vertices and then all faces, as many as announced in `passing`. The file appears at its path when it is committed.
+/// It equals, byte for byte, the file of a [`Model`](crate::Model) with the same content.
 ///
 /// # Errors
-/// The file cannot be written, the format is another one, or has no place for so many elements.
+/// The file cannot be written, the format is not supported, or it cannot hold so many elements.
 pub fn stage_passing(
     path: impl AsRef<Path>,
     passing: &Passing,
@@ -146,7 +146,7 @@ pub fn stage_passing(
     Ok(Staged::new(file, report))
 }
 
-/// As [`stage_passing`], to a stream, which had better be buffered.
+/// As [`stage_passing`], to a stream, which should be buffered.
 ///
 /// # Errors
 /// As [`stage_passing`]; part of the file may have been written.

@@ -1,4 +1,4 @@
-//! What may be replaced beside an OBJ file, and what may not.
+//! Which files beside an OBJ file may be replaced.
 #![cfg(all(feature = "obj", feature = "gltf"))]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -142,7 +142,7 @@ fn companions_of_another_output_are_not_replaced() {
     place.refuses(&painted(1.0, PNG), "x.mtl");
 }
 
-/// Not even one that leads to a file of an earlier run.
+/// Nor a link to a file of an earlier run.
 #[cfg(unix)]
 #[test]
 fn companions_never_go_through_a_link() {
@@ -154,13 +154,13 @@ fn companions_never_go_through_a_link() {
         std::fs::rename(place.path(name), &elsewhere).unwrap();
         std::os::unix::fs::symlink(&elsewhere, place.path(name)).unwrap();
         place.refuses(&painted(0.5, picture), name);
-        // Allowed to, the link is replaced, not what it leads to.
+        // With permission, the link is replaced, not its target.
         place.overwrite("x.obj", &painted(1.0, PNG)).unwrap();
         assert!(!std::fs::symlink_metadata(place.path(name)).unwrap().is_symlink());
         assert_eq!(std::fs::read(&elsewhere).unwrap(), content);
         std::fs::remove_file(&elsewhere).unwrap();
     }
-    // A link to nowhere is a link as well.
+    // A dangling link is a link as well.
     let place = Place::new();
     std::os::unix::fs::symlink(place.path("gone"), place.path("x.mtl")).unwrap();
     place.refuses(&painted(1.0, PNG), "x.mtl");
@@ -249,7 +249,7 @@ fn nothing_is_written_before_everything_can_be() {
     assert_eq!(place.names(), ["x.obj", "y.obj"]);
 }
 
-/// Someone else is quicker.
+/// Another program creates the companion first.
 #[test]
 fn a_companion_that_appears_while_the_output_is_written_is_not_replaced() {
     let place = Place::new();

@@ -27,8 +27,7 @@ fn any() -> ReadOptions {
     ReadOptions { external: External::Any, ..ReadOptions::default() }
 }
 
-/// A folder `inside` with a buffer and a library in it and below it, and the same in the folder
-/// around it.
+/// A folder `inside` with a buffer and a library in it and below it, and another pair in the folder around it.
 fn folders() -> tempfile::TempDir {
     let outer = tempfile::tempdir().unwrap();
     let inside = outer.path().join("inside");
@@ -53,7 +52,7 @@ fn reads_library(outer: &Path, name: &str, options: &ReadOptions) -> bool {
         .unwrap();
     let model = read_with(path, options).unwrap();
     let reads = model.materials[0].base_color == [1.0, 0.0, 0.0, 1.0];
-    // What is not read is said.
+    // Files that were not read are mentioned in the notes.
     assert_eq!(reads, model.notes.is_empty(), "{:?}", model.notes);
     reads
 }
@@ -150,7 +149,7 @@ fn no_other_file_is_read_when_none_may_be() {
 #[test]
 fn a_stream_has_no_folder() {
     let outer = folders();
-    // Not even where a file of that name is in the working folder.
+    // Not even if the working folder has a file of that name.
     for options in [ReadOptions::default(), any()] {
         for uri in ["Cargo.toml", outer.path().join("a b.bin").to_str().unwrap()] {
             let error = read_from(&mut document(uri).as_bytes(), &options).unwrap_err();
@@ -181,7 +180,7 @@ fn a_link_out_of_the_folder_is_not_followed() {
     assert!(read_gltf(outer.path(), "within.bin", &ReadOptions::default()).is_ok());
 }
 
-/// Opening a pipe would wait for ever for somebody to write to it.
+/// Opening a pipe would wait forever for a writer.
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_not_opened() {

@@ -1,4 +1,4 @@
-//! Streams that break off, disks that are full, targets that go away: for every format and encoding.
+//! Truncated streams, full disks and vanishing targets, for every format and encoding.
 #![cfg(all(feature = "obj", feature = "gltf"))]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -27,7 +27,7 @@ fn options(encoding: Encoding) -> WriteOptions {
     WriteOptions { encoding, ..WriteOptions::default() }
 }
 
-/// Two triangles and a quad with every attribute there is.
+/// Two triangles and a quad with every attribute.
 fn rich() -> Model {
     let obj = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 1.25 1 1 1\n\
         v 1 1 0.1 0 0 0\nvt 0 0\nvt 1 0\nvt 0.5 1\nvn 0 0 1\nvn 1 0 0\no body\ng a\nusemtl red\n\
@@ -45,7 +45,7 @@ fn rich() -> Model {
     model
 }
 
-/// Takes so many bytes, then the disk is full; now and then only a part of what it is given.
+/// Accepts `room` bytes, then the disk is full; sometimes accepts only a part of a buffer.
 struct FullDisk {
     room: usize,
     calls: usize,
@@ -70,7 +70,7 @@ impl Write for FullDisk {
     }
 }
 
-/// Takes everything, and fails when it is to be flushed.
+/// Accepts everything, and fails on flush.
 struct LateDisk;
 
 impl Write for LateDisk {
@@ -105,7 +105,7 @@ fn a_disk_that_is_full_at_any_byte_is_an_error_in_every_format() {
     }
 }
 
-/// Gives so many bytes, in pieces of any size, then fails.
+/// Returns a number of bytes, in pieces of any size, then fails.
 struct BadDisk<'b> {
     bytes: &'b [u8],
     random: fastrand::Rng,
@@ -127,7 +127,7 @@ impl Read for BadDisk<'_> {
     }
 }
 
-/// What was read up to there is no mesh: the file would have gone on.
+/// The part read so far is no mesh, because the file is longer.
 #[test]
 fn a_read_error_at_any_byte_is_an_error_in_every_format() {
     let model = rich();
@@ -165,12 +165,12 @@ fn a_target_that_goes_away_is_an_error_in_every_format() {
             write(&path, &model, &WriteOptions::default()),
             Err(WriteError::Io { .. })
         ));
-        // It goes away while the file is written.
+        // It disappears while the file is written.
         std::fs::create_dir(&folder).unwrap();
         let staged = stage(&path, &model, &WriteOptions::default()).unwrap();
         std::fs::remove_dir_all(&folder).unwrap();
         assert!(matches!(staged.commit(), Err(WriteError::Io { .. })), "{format}");
-        // Someone puts a folder there.
+        // A folder appears in its place.
         std::fs::create_dir(&folder).unwrap();
         let staged = stage(&path, &model, &WriteOptions::default()).unwrap();
         std::fs::create_dir(&path).unwrap();
@@ -182,7 +182,7 @@ fn a_target_that_goes_away_is_an_error_in_every_format() {
     }
 }
 
-/// What writes into the target, and what is refused half-way, after the temporary file is there.
+/// Functions that write into the target, and writes that are refused half-way, after the temporary file exists.
 #[test]
 fn a_failed_write_leaves_the_old_file_and_nothing_else() {
     let folder = tempfile::tempdir().unwrap();

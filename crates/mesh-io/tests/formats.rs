@@ -1,4 +1,4 @@
-//! What each format holds, in small files written by hand.
+//! The content of each format, in small files written by hand.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use mesh_core::PolygonSoup;
@@ -185,7 +185,7 @@ fn reindexing_carries_attributes() {
     assert!(model.reindexed(p, &[[0, 1, 2]], &[0, 1, 2, 9], &[0], &[[0, 1, 2]]).is_err());
 }
 
-/// A chevron starts with a corner from which a fan would leave the polygon.
+/// A fan from the first corner of a chevron would leave the polygon.
 #[test]
 fn concave_polygons_are_cut_along_diagonals_that_stay_inside() {
     let mut soup = PolygonSoup::new();
@@ -203,7 +203,7 @@ fn concave_polygons_are_cut_along_diagonals_that_stay_inside() {
     }
 }
 
-/// A triangle with one material of everything that OBJ holds, and one without a name.
+/// A triangle with one material with all properties of OBJ, and one without a name.
 fn painted() -> Model {
     let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 2/2 4/4 3/3\n";
     let mut model = parse(text).unwrap();
@@ -238,7 +238,7 @@ fn obj_comes_with_its_material_library_and_pictures() {
     assert_eq!(uri(1), ImageData::Uri("skin.png".into()));
     assert_eq!(std::fs::read(folder.path().join("painted-0.png")).unwrap(), b"\x89PNG\r\n\x1a\n");
 
-    // A library that is there already stays as it is.
+    // An existing library is not changed.
     let library = folder.path().join("painted.mtl");
     std::fs::write(&library, "newmtl a\nKd 1 0 0\nNs 96\n").unwrap();
     write(&path, &back, &WriteOptions::default()).unwrap();
@@ -262,7 +262,7 @@ fn levels_of_detail_share_materials_and_name_each_other() {
     assert_eq!(document["nodes"][0]["extras"]["MSFT_screencoverage"][0], 0.5);
     assert_eq!(document["meshes"].as_array().unwrap().len(), 2);
     assert_eq!(document["materials"].as_array().unwrap().len(), 2);
-    // The finest is what the scene shows.
+    // The scene shows the finest level.
     assert_eq!(read(&path).unwrap().soup.face_count(), 2);
 
     let refused = write_levels(folder.path().join("x.ply"), &levels, &[], &WriteOptions::default());
@@ -283,7 +283,7 @@ fn blends_are_weighted_means() {
     assert!(model.blended(&positions, &[[0, 1, 2]], &vertices, &[1], &beyond).is_err());
 }
 
-/// Normals that no valid document may hold.
+/// Normals that are invalid in a glTF document.
 #[test]
 fn gltf_gets_unit_normals_or_none() {
     let mut model = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n").unwrap();
@@ -294,12 +294,12 @@ fn gltf_gets_unit_normals_or_none() {
         let mut bytes = Vec::new();
         let report = write_to(&mut bytes, &model, format, &WriteOptions::default()).unwrap();
         let again = parse(&bytes).unwrap();
-        // Scaled; untouched; that of the face.
+        // Scaled; unchanged; the face normal.
         let expected = [[0.0, 0.6, 0.8], [h, h, 0.0], [0.0, 0.0, 1.0]];
         assert_eq!(again.corner_normals.unwrap(), expected);
         assert!(report.lost.iter().any(|lost| lost.what.contains("without length")), "{report:?}");
     }
-    // 1e-30 has a direction, although its square is nothing in 32 bits.
+    // 1e-30 has a direction, although its square underflows in 32 bits.
     model.vertex_normals = Some(vec![[0.0, 0.0, -1e-30]; 4]);
     let again_tiny = again(&model, Format::Glb, Encoding::Usual);
     assert_eq!(again_tiny.corner_normals.unwrap(), [[0.0, 0.0, -1.0]; 3]);
@@ -399,7 +399,7 @@ fn names_of_pictures_are_files_in_mtl_and_uris_in_gltf() {
     write(folder.path().join("x.obj"), &model, &WriteOptions::default()).unwrap();
     let library = std::fs::read_to_string(folder.path().join("x.mtl")).unwrap();
     assert!(library.lines().any(|line| line == "map_Kd maps/my skin #1 100%.png"), "{library}");
-    // No line holds this one, and a hyphen would begin an option.
+    // A name with a line break cannot be stored, and a leading hyphen would begin an option.
     model.images[1].data = ImageData::Uri("two\nlines.png".into());
     let report = write(folder.path().join("x.obj"), &model, &WriteOptions::default()).unwrap();
     assert!(report.lost.iter().any(|lost| lost.what.contains("line breaks")), "{report:?}");
@@ -455,7 +455,7 @@ fn numbers_in_ply_do_not_become_something_else() {
     ];
     assert_eq!(found, expected);
     assert_eq!(back.soup, model.soup);
-    // Alone they are what they are.
+    // Alone, they keep their meaning.
     model.vertex_scalars = scalars(&["nx", "red", "u"], 0.25);
     let back = again(&model, Format::Ply, Encoding::Text);
     assert_eq!(back.vertex_scalars, model.vertex_scalars);
@@ -494,7 +494,7 @@ fn points_that_a_format_has_no_place_for_are_told() {
     assert!(told(&cloud.into(), Format::Glb));
 }
 
-/// Edits leave gaps; a file has none.
+/// Edits leave gaps; a file has no gaps.
 #[test]
 fn a_mesh_is_written_in_one_call_with_or_without_gaps() {
     use mesh_core::{Topology, TriMesh};
@@ -521,7 +521,7 @@ fn a_mesh_is_written_in_one_call_with_or_without_gaps() {
         assert_eq!(soup.positions(), compact.positions());
         let faces = soup.faces().map(|face| <[u32; 3]>::try_from(face).unwrap());
         assert!(faces.eq(compact.topology().triangles()));
-        // What has positions and faces only is a model too.
+        // Positions and faces alone are a model too.
         assert_eq!(Model::from(&mesh).soup, soup);
         let mut bytes = Vec::new();
         write_to(&mut bytes, &soup, Format::Stl, &WriteOptions::default()).unwrap();
@@ -532,7 +532,7 @@ fn a_mesh_is_written_in_one_call_with_or_without_gaps() {
     assert!(mesh.topology().vertex_capacity() > mesh.topology().vertex_count());
 }
 
-/// Two triangles, of which only the first has texture coordinates.
+/// Two triangles; only the first one has texture coordinates.
 fn half_textured() -> Model {
     let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [5.0, 0.0, 0.0], [6.0, 0.0, 0.0]];
     let soup = PolygonSoup::from_triangles(&points, &[[0, 1, 2], [2, 3, 4]]).unwrap();
@@ -562,7 +562,7 @@ fn corners_without_texture_coordinates_do_not_get_what_is_no_number() {
 #[test]
 fn off_tells_of_gaps_in_the_texture_coordinates() {
     let mut model = half_textured();
-    // No vertex has one in the one face and none in the other.
+    // Each vertex has coordinates in all its faces or in none.
     model.soup = PolygonSoup::from_triangles(
         &[
             [0.0; 3],

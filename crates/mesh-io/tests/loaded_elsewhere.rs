@@ -1,4 +1,4 @@
-//! Models from what the crates `tobj` and `gltf` have loaded are those that our readers make.
+//! Models converted from the crates `tobj` and `gltf` equal the models of our readers.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use mesh_io::{Model, ReadOptions, read_with};
@@ -18,7 +18,7 @@ fn models(extensions: &[&str]) -> Vec<PathBuf> {
     paths
 }
 
-/// For every corner in the order of the file: where it is, its texture coordinate and its material.
+/// For every corner in the order of the file: its position, its texture coordinate and its material.
 fn corners(model: &Model) -> Vec<([u64; 3], Option<[u32; 2]>, String)> {
     let soup = &model.soup;
     let mut all = Vec::new();
@@ -43,7 +43,7 @@ fn ours(path: &Path) -> Option<Model> {
 fn obj_files_by_tobj() {
     let mut compared = 0;
     for path in models(&["obj"]) {
-        // What tobj refuses or reads wrongly is in the table of the README.
+        // The table of the README lists the files that tobj refuses or reads wrongly.
         let Ok((loaded, materials)) = tobj::load_obj(&path, &tobj::LoadOptions::default()) else {
             continue;
         };
@@ -55,7 +55,7 @@ fn obj_files_by_tobj() {
             continue;
         }
         let (found, expected) = (corners(&model), corners(&expected));
-        // Without its library, a file has names of materials only.
+        // Without its library, a file has only names of materials.
         let named = !materials.is_empty();
         for (found, expected) in found.iter().zip(&expected) {
             assert_eq!((found.0, found.1), (expected.0, expected.1), "{}", path.display());

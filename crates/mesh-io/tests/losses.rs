@@ -1,4 +1,4 @@
-//! Content survives where the format has a place for it, and is named where it has none.
+//! Content survives if the format has a place for it, and is reported as lost otherwise.
 
 #![allow(clippy::panic, clippy::unwrap_used)]
 
@@ -61,7 +61,7 @@ fn everything() -> Model {
     }
 }
 
-/// What the model has, by names that are told apart.
+/// The content of the model, by distinct names.
 fn content(model: &Model) -> Vec<&'static str> {
     let has_smoothing = model.face_smoothing.is_some();
     let all = [
@@ -138,7 +138,7 @@ proptest! {
         let found = again.face_colors.unwrap_or_else(|| vec![[f32::NAN; 4]; 2]);
         for (found, color) in found.iter().zip(model.face_colors.iter().flatten()) {
             if color[0].is_nan() {
-                // Magics has a colour for all other facets: white.
+                // Magics colours all other facets white.
                 prop_assert!(found[0].is_nan() || *found == [1.0; 4]);
             } else {
                 prop_assert_eq!(found, color);
@@ -197,7 +197,7 @@ fn whole_colours_of_a_wide_type_are_divided() {
 
 #[test]
 fn smoothing_groups_become_normals_and_stay_in_obj() {
-    // A ridge: two faces of one group, then the same in two groups.
+    // A ridge: two faces in one group, then in two groups.
     let ridge = |a: &str, b: &str| {
         let text = format!(
             "v 0 0 0\nv 0 1 0\nv 1 0 1\nv 1 1 1\nv 2 0 0\nv 2 1 0\n\
@@ -226,7 +226,7 @@ fn smoothing_groups_become_normals_and_stay_in_obj() {
         assert!(is_named(&written(&model, Format::Ply).1, "smoothing"));
         assert!(is_named(&written(&model, Format::Stl).1, "smoothing"));
     }
-    // One group is the same normal for every corner of a vertex, which PLY and OFF have.
+    // With one group, all corners of a vertex have the same normal, which PLY and OFF can store.
     for format in [Format::Ply, Format::Off] {
         let (bytes, lost) = written(&ridge("3", "3"), format);
         assert!(parsed(&bytes).vertex_normals.is_some() && !is_named(&lost, "smoothing"));
@@ -339,13 +339,13 @@ fn off_words_that_promise_what_is_not_there() {
         assert!(model.corner_uvs.is_none());
         assert!(model.notes.iter().any(|note| note.contains("announces")), "{:?}", model.notes);
     }
-    // With one of two that are promised.
+    // With one of two promised numbers.
     let with = |tail: &str| rows.replace('\n', &format!(" {tail}\n"));
     let model = parsed_off(&format!("CNOFF\n4 1 0\n{}3 0 1 2\n", with("0 0 1")));
     assert!(model.vertex_normals.is_some() && model.vertex_colors.is_none());
     let model = parsed_off(&format!("CNOFF\n4 1 0\n{}3 0 1 2\n", with("255 128 0 255")));
     assert!(model.vertex_normals.is_none() && model.vertex_colors.is_some());
-    // Numbers of a vertex on two lines are no broken promise.
+    // The numbers of a vertex may be on two lines.
     let split = "0 0 0\n0 0 1\n1 0 0\n0 0 1\n0 1 0\n0 0 1\n";
     let model = parsed_off(&format!("NOFF\n3 1 0\n{split}3 0 1 2\n"));
     assert_eq!(model.vertex_normals.unwrap(), [[0.0, 0.0, 1.0]; 3]);

@@ -1,6 +1,6 @@
-//! Files that ask for more memory than their size justifies, measured by an allocator that counts.
+//! Files that ask for more memory than their size justifies, measured by a counting allocator.
 //!
-//! The tests share the allocator, and therefore run one after another.
+//! The tests share the allocator, so they run one after another.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 use mesh_io::{Format, Model, ReadError, ReadErrorKind, ReadOptions, read_from, read_with};
@@ -17,12 +17,12 @@ fn alone() -> MutexGuard<'static, ()> {
     ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The most bytes that a file of this size may take.
+/// The largest number of bytes that a file of this size may take.
 fn allowed(size: usize) -> usize {
     (64 << 20) + 60 * size
 }
 
-/// What reading gives, and how many bytes it took at most.
+/// The result of reading, and the peak number of bytes.
 fn measure(bytes: &[u8], options: &ReadOptions) -> (Result<Model, ReadError>, usize) {
     MEMORY.reset_peak_usage();
     let before = MEMORY.current_usage();
@@ -30,7 +30,7 @@ fn measure(bytes: &[u8], options: &ReadOptions) -> (Result<Model, ReadError>, us
     (result, MEMORY.peak_usage() - before)
 }
 
-/// Reads a file within the memory that its size justifies, with its size known and not.
+/// Reads a file within the memory that its size justifies, with known and with unknown size.
 fn within(bytes: &[u8]) -> Result<Model, ReadError> {
     within_as(bytes, None)
 }
@@ -93,11 +93,11 @@ fn obj_groups_of_an_object_with_a_long_name() {
     (0..3000).for_each(|group| writeln!(file, "g {group}").unwrap());
     assert!(file.len() < 350_000);
     let needed = too_much(within(file.as_bytes()));
-    // How much more the rest of the file needs is not known yet.
+    // The memory for the rest of the file is not known yet.
     let message = within(file.as_bytes()).unwrap_err().to_string();
     let allow = format!("--max-memory {}MiB", (2 * needed).div_ceil(1 << 20));
     assert!(message.contains("more than") && message.contains(&allow), "{message}");
-    // The same group again is no more than one.
+    // Repeating a group adds none.
     let file = format!("v 0 0 0\no {}\n{}", "n".repeat(300_000), "g a\n".repeat(50_000));
     assert_eq!(within(file.as_bytes()).unwrap().groups.len(), 2);
 }
@@ -152,7 +152,7 @@ fn gltf_images_of_one_view() {
     let images = repeat(2000, |_| r#"{"bufferView":0,"mimeType":"image/png"}"#.to_owned());
     let model = within(&glb(&document(whole, &images), &binary)).unwrap();
     assert_eq!(model.images.len(), 1);
-    // Views that overlap are images of their own.
+    // Overlapping views are separate images.
     let views = repeat(2000, |start| {
         format!(r#"{{"buffer":0,"byteOffset":{start},"byteLength":{}}}"#, 1_000_000 - start)
     });
@@ -280,7 +280,7 @@ fn obj_materials_and_their_libraries() {
     }
 }
 
-/// The most that each kind of line can ask for.
+/// The most memory that each kind of line can take.
 #[test]
 fn obj_lines_that_are_as_short_as_can_be() {
     let _alone = alone();
@@ -419,7 +419,7 @@ fn a_limit_of_the_caller_holds_for_every_format() {
     }
 }
 
-/// A scene that draws a small mesh very often says what it needs, and gets it when told so.
+/// A scene that draws a small mesh very often reports the memory it needs, and is read with that limit.
 #[test]
 fn an_honest_scene_is_read_with_more_memory() {
     let _alone = alone();
@@ -434,7 +434,7 @@ fn an_honest_scene_is_read_with_more_memory() {
     let (result, peak) = measure(file.as_bytes(), &options);
     assert_eq!(result.unwrap().soup.face_count(), 2 * count);
     assert!(peak as u64 <= needed, "{peak} of {needed}");
-    // Nodes that are spelt out are there for their bytes.
+    // Explicit nodes are justified by their bytes.
     let nodes = repeat(count / 6, |_| r#"{"mesh":0,"translation":[0.25,1.5,3.75]}"#.to_owned());
     let file = gltf(&format!(
         r#"{TRIANGLE},"accessors":[{ACCESSOR}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"nodes":[{nodes}]"#

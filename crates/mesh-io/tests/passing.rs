@@ -1,4 +1,4 @@
-//! Meshes that pass by while they are written: byte for byte what a model gives.
+//! Meshes written as a stream have the same bytes as written from a model.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! What other people's readers make of the same files.
+//! Other readers read the same files in the same way.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use std::path::Path;
@@ -63,7 +63,7 @@ fn obj_corners_are_those_that_tobj_reads() {
             continue;
         }
         let Some(theirs) = corners_by_tobj(&path) else { continue };
-        // Numbers that are none are compared as well.
+        // NaN is compared as well.
         let bits = |all: Vec<[f64; 3]>| all.into_iter().map(|p| p.map(f64::to_bits));
         assert!(bits(corners(&path)).eq(bits(theirs)), "{}", path.display());
         compared += 1;

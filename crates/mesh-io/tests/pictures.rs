@@ -1,4 +1,4 @@
-//! Pictures of materials: which are loaded, and how often.
+//! Which pictures of materials are loaded, and how often.
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
@@ -8,7 +8,7 @@ use mesh_io::{
     Image, ImageData, Material, Model, PictureError, PictureFormat, PictureOptions, Pictures,
 };
 
-/// The start of a PNG file of a size: the signature, and the header without its checksum.
+/// The start of a PNG file of this size: the signature, and the header without its checksum.
 fn png([width, height]: [u32; 2], depth: u8) -> Vec<u8> {
     let mut bytes = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();
     bytes.extend(width.to_be_bytes());
@@ -17,7 +17,7 @@ fn png([width, height]: [u32; 2], depth: u8) -> Vec<u8> {
     bytes
 }
 
-/// A JPEG file of a size: a comment, tables, padding, and a progressive frame.
+/// A JPEG file of this size: a comment, tables, padding, and a progressive frame.
 fn jpeg([width, height]: [u16; 2]) -> Vec<u8> {
     let mut bytes = b"\xFF\xD8\xFF\xFE\0\x06abcd\xFF\xC4\0\x03x\xFF\xFF\xFF\xC2\0\x11\x08".to_vec();
     bytes.extend(height.to_be_bytes());
@@ -151,7 +151,7 @@ fn only_pictures_in_the_folder_are_read() {
         "{reasons:?}"
     );
     assert_eq!(pictures.of_image(8), Some(0));
-    // No folder, no files; and only what a material uses.
+    // No folder, no files; and only images used by a material.
     let nowhere = Pictures::of_model(&used, &PictureOptions::default());
     assert!(nowhere.pictures.is_empty());
     let unused = Model { materials: Vec::new(), ..used };

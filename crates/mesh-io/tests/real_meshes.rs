@@ -1,4 +1,4 @@
-//! Real meshes of all formats, when they are there.
+//! Real meshes of all formats, if they are available.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 use mesh_io::{
@@ -14,7 +14,7 @@ fn folder() -> Option<PathBuf> {
     folder
 }
 
-/// One of the meshes has nothing in it.
+/// One of the meshes is empty.
 fn may_be_empty() -> ReadOptions {
     ReadOptions { allow_empty: true, ..ReadOptions::default() }
 }

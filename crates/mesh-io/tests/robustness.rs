@@ -12,7 +12,7 @@ fn parse(bytes: &[u8], format: Option<Format>) -> Result<Model, mesh_io::ReadErr
     read_from(&mut &bytes[..], &ReadOptions { format, size, ..ReadOptions::default() })
 }
 
-/// A tetrahedron and a quad with every attribute there is.
+/// A tetrahedron and a quad with every attribute.
 fn rich_model() -> Model {
     let obj = "mtllib none.mtl\no body\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 1.25 1 1 1\n\
         v 1 1 0.1 0 0 0\nvt 0 0\nvt 1 0\nvt 0.5 1\nvn 0 0 1\nvn 1 0 0\ng a\nusemtl red\n\
@@ -23,8 +23,8 @@ fn rich_model() -> Model {
     model
 }
 
-/// Everything that the reader of glTF knows beside what is written: sparse values, strips, instances
-/// on the graphics card, transforms of textures, compressed data with a fallback.
+/// glTF content that the reader supports but the writer does not produce: sparse values, strips, instances on the
+/// graphics card, transforms of textures, compressed data with a fallback.
 const RICH_SCENE: &str = r#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_gpu_instancing"],
 "buffers":[{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"},{"byteLength":8,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],
 "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":12,"byteLength":24,"byteStride":8,"extensions":{"EXT_meshopt_compression":{"buffer":0}}}],
@@ -107,7 +107,7 @@ fn corrupt(random: &mut fastrand::Rng, samples: &[(Format, Vec<u8>)], which: usi
             bytes.truncate(random.usize(..bytes.len()));
             bytes.extend_from_slice(&other[random.usize(..other.len())..]);
         }
-        // Digits become other digits: counts and indices that lie.
+        // Digits become other digits: wrong counts and indices.
         _ => {
             for _ in 0..random.usize(1..5) {
                 let place = random.usize(..bytes.len());
@@ -120,7 +120,7 @@ fn corrupt(random: &mut fastrand::Rng, samples: &[(Format, Vec<u8>)], which: usi
     bytes
 }
 
-/// Peak memory of this process in kilobytes, where the system tells.
+/// Peak memory of this process in kilobytes, if the system reports it.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM"))?;
@@ -136,7 +136,7 @@ fn ten_thousand_corrupted_files_neither_panic_nor_hang() {
     for round in 0..10_000 {
         let which = round % samples.len();
         let bytes = corrupt(&mut random, &samples, which);
-        // Half the time the format is forced, to get past the detection.
+        // In half of the runs the format is given, to bypass detection.
         let format = random.bool().then_some(samples[which].0);
         let start = Instant::now();
         if let Ok(model) = parse(&bytes, format) {
@@ -204,7 +204,7 @@ fn cyclic_and_deeply_nested_nodes_are_refused_within_a_second() {
     assert!(parse(brackets.as_bytes(), None).is_err());
 }
 
-/// Fails once so many bytes have been written.
+/// Fails after this number of bytes.
 struct FailingWriter {
     room: usize,
 }
@@ -244,7 +244,7 @@ fn a_failed_write_leaves_the_old_file_whole() {
     let path = folder.path().join("mesh.glb");
     std::fs::write(&path, "old").unwrap();
     let mut model = rich_model();
-    // Refused in the middle of the work, when the temporary file is already there.
+    // Refused half-way, when the temporary file exists.
     model.soup.positions_mut()[0].x = f64::NAN;
     assert!(mesh_io::write(&path, &model, &WriteOptions::default()).is_err());
     assert_eq!(std::fs::read(&path).unwrap(), b"old");

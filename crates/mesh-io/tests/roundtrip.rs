@@ -1,5 +1,5 @@
-//! Random models written and read again, in every format: what the page of the crate says that a
-//! format keeps is there again.
+//! Random models written and read again, in every format: all content that the format keeps, according to the
+//! documentation of the crate, is read back.
 #![cfg(all(feature = "obj", feature = "gltf"))]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -31,7 +31,7 @@ fn models() -> impl Strategy<Value = Model> {
     })
 }
 
-/// Names that people and programs give, and some that nobody should.
+/// Typical names, and some that should not occur.
 fn name() -> impl Strategy<Value = String> {
     prop_oneof![
         "[a-z]{1,6}",
@@ -167,7 +167,7 @@ fn again(model: &Model, format: Format, encoding: Encoding) -> Model {
     again
 }
 
-/// The text that a name is in OBJ: it ends with its line, white space around it does not count.
+/// A name as OBJ stores it: it ends with its line, and surrounding white space does not count.
 fn on_a_line(name: &str) -> String {
     let line: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     line.trim_start().trim_end_matches(|c: char| c == '\\' || c.is_whitespace()).to_owned()
@@ -225,7 +225,7 @@ proptest! {
         for face in 0..model.soup.face_count() {
             prop_assert_eq!(of_face(&again, face), of_face(&model, face));
             for other in 0..face {
-                // What has been one material is one, and what has been two is two.
+                // Materials are neither merged nor split.
                 let same = material(&model, face) == material(&model, other);
                 prop_assert_eq!(material(&again, face) == material(&again, other), same);
             }
@@ -338,7 +338,7 @@ proptest! {
     }
 }
 
-/// What glTF holds of a corner.
+/// The content of a corner in glTF.
 #[derive(Debug)]
 struct Corner {
     position: DVec3,
@@ -373,7 +373,7 @@ fn same_corner(a: &Corner, b: &Corner) -> bool {
     (a.position - b.position).abs().max_element() <= 1e-4
         && same(a.normal, b.normal)
         && match (a.uv, b.uv) {
-            // The axis is turned round.
+            // The axis is reversed.
             (Some(a), Some(b)) => near(a, b, 1e-6),
             (a, b) => a.is_none() && b.is_none(),
         }

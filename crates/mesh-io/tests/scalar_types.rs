@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 const ENCODINGS: [Encoding; 3] = [Encoding::Text, Encoding::LittleEndian, Encoding::BigEndian];
 
-/// As many vertices as faces: triangles round an axis.
+/// As many vertices as faces: triangles around an axis.
 fn fan(count: usize) -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     for i in 0..count as u32 {

@@ -1,4 +1,4 @@
-//! Files as streams: the same vertices and faces as when they are read whole.
+//! Files as streams give the same vertices and faces as files read whole.
 #![cfg(feature = "obj")]
 #![allow(clippy::unwrap_used)]
 
@@ -12,7 +12,7 @@ use mesh_io::{
 };
 use mesh_shapes::Torus;
 
-/// What a scan meets: the positions of vertices, and those of the corners of each face.
+/// The result of a scan: the positions of the vertices and of the corners of each face.
 #[derive(Debug, Default, PartialEq)]
 struct Met {
     vertices: Vec<[u64; 3]>,
@@ -23,7 +23,7 @@ fn bits(point: DVec3) -> [u64; 3] {
     (point + DVec3::ZERO).to_array().map(f64::to_bits)
 }
 
-/// How content of a known length is read; without it, nobody could tell binary STL.
+/// Options for content of a known length; without the length, binary STL cannot be detected.
 fn known(bytes: &[u8]) -> ReadOptions {
     ReadOptions { size: Some(bytes.len() as u64), ..ReadOptions::default() }
 }
@@ -124,7 +124,7 @@ fn whatever_is_in_a_file_both_agree_or_the_scan_says_why() {
                     assert_eq!(met.faces, whole(&model.soup).faces, "{name} {round}");
                 }
                 (Err(_), Err(_)) => {}
-                // A scan keeps nothing, so it need not refuse for lack of memory, nor for materials.
+                // A scan stores nothing, so it need not refuse for lack of memory or because of materials.
                 (Err(error), Ok(_)) => assert!(
                     matches!(
                         error.kind,

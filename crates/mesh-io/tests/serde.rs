@@ -28,7 +28,7 @@ fn a_model_comes_back_as_it_was() {
     let data = ImageData::Bytes(vec![1, 2, 3]);
     model.images = vec![Image { name: "i".into(), media_type: String::new(), data }];
     assert_eq!(again(&model), model);
-    // What is not said is not there.
+    // Omitted fields are empty.
     let sparse: Model = serde_json::from_str("{}").unwrap();
     assert_eq!(sparse, Model::default());
 }

@@ -1,5 +1,5 @@
-//! Files that are not what they seem: text that speaks to the terminal, lists that make work grow out
-//! of proportion, and things that were once read wrongly without a word.
+//! Misleading files: text with terminal escapes, lists that cause disproportionate work, and files that were once read
+//! wrongly without an error.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use mesh_io::{
@@ -61,7 +61,7 @@ fn nothing_that_is_quoted_from_a_file_speaks_to_the_terminal() {
     let model = read_with(&path, &ReadOptions::default()).unwrap();
     assert_eq!(model.notes.len(), 2);
     assert!(model.notes.iter().all(|note| is_harmless(note)), "{:?}", model.notes);
-    // Names are data, and stay as they are.
+    // Names are data, and are not changed.
     assert_eq!(model.materials[0].name, EVIL.trim());
     std::fs::write(&path, "v 0\n").unwrap();
     let error = read_with(&path, &ReadOptions::default()).unwrap_err().to_string();
@@ -78,7 +78,7 @@ fn letters_of_all_scripts_are_shown_as_they_are() {
     assert!(error.contains("Größe_日本"), "{error}");
 }
 
-/// A square of such a number of steps would not end within a day.
+/// The square of this number of steps would take more than a day.
 const MANY: usize = 400_000;
 
 #[test]
@@ -89,7 +89,7 @@ fn many_names_in_an_obj_file_are_not_compared_with_each_other() {
     }
     let model = parse(&file).unwrap();
     assert_eq!((model.material_libraries.len(), model.materials.len()), (MANY, MANY));
-    // A long name is looked at once, not again with every group in it.
+    // A long name is scanned once, not again with every group in it.
     let long = format!("o {}\n", "n".repeat(1 << 22));
     let file = format!("v 0 0 0\n{long}{}", "g a\ng b\n".repeat(MANY));
     assert_eq!(parse(file).unwrap().groups.len(), 3);
@@ -139,7 +139,7 @@ fn join(items: impl Iterator<Item = String>) -> String {
 
 #[test]
 fn many_primitives_are_not_compared_with_each_other() {
-    // Each has vertices of its own, by an attribute that is not read.
+    // Each has its own vertices, because of an attribute that is not read.
     let primitives =
         join((0..100_000).map(|i| format!(r#"{{"attributes":{{"POSITION":0,"X{i}":0}}}}"#)));
     let file = gltf(&format!(
@@ -173,7 +173,7 @@ fn points_beside_a_triangle_cost_nothing_per_node() {
     assert_eq!((model.soup.face_count(), model.notes.len()), (100_000, 101));
 }
 
-/// A scene that is too large is refused before the values of its meshes are looked at.
+/// A scene that is too large is refused before the values of its meshes are read.
 #[test]
 fn sparse_values_of_a_scene_that_is_too_large_are_not_looked_at() {
     let count = 40_000;
@@ -215,8 +215,8 @@ fn close(a: [f32; 2], b: [f32; 2]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6)
 }
 
-/// The picture, the texture coordinates of the triangle (0, 0), (1, 0), (0, 0), and where they are to
-/// be, from the lower left.
+/// The picture, the texture coordinates of the triangle (0, 0), (1, 0), (0, 0), and their expected values, from the
+/// lower left.
 #[test]
 fn texture_transforms_are_applied() {
     let uvs = |info: &str| {
@@ -231,7 +231,7 @@ fn texture_transforms_are_applied() {
     };
     let transform =
         |text: &str| uvs(&format!(r#""extensions":{{"KHR_texture_transform":{{{text}}}}}"#));
-    // As the bytes are read: (0, 0), (0, 1), (0, 0), from the upper left.
+    // As stored: (0, 0), (0, 1), (0, 0), from the upper left.
     let plain = uvs(r#""texCoord":0"#);
     assert!(close(plain[1], [0.0, 0.0]) && close(plain[0], [0.0, 1.0]), "{plain:?}");
     // (1, 0), (0, 0), (1, 0).
@@ -364,7 +364,7 @@ fn ply_texture_files_become_materials() {
     let model = parse(header(name, "", "") + body + faces).unwrap();
     assert!(model.images.is_empty() && model.materials.is_empty());
     assert!(model.notes[0].contains("my wood.png"), "{:?}", model.notes);
-    // Several, as MeshLab writes them.
+    // Several texture files, as written by MeshLab.
     let two = format!("{name}comment TextureFile b.png\n");
     let face = "property list uchar float texcoord\nproperty int texnumber\n";
     let faces = "3 0 1 2 6 0 0 1 0 0 1 1\n3 0 2 1 6 0 0 1 0 0 1 -1\n";
@@ -427,7 +427,7 @@ fn no_vertex_and_no_face_is_an_error_unless_it_may_be_empty() {
         options.allow_empty = true;
         assert_eq!(read_from(&mut text.as_bytes(), &options).expect(text).soup.face_count(), 0);
     }
-    // Points without faces are something.
+    // Points without faces are valid.
     assert_eq!(parse("v 1 2 3\n").unwrap().soup.vertex_count(), 1);
 }
 
@@ -449,7 +449,7 @@ fn off_binary_in_either_byte_order() {
     let words = |bytes: &[u8]| bytes.as_chunks::<4>().0.to_vec();
     let mut little = big[..header].to_vec();
     little.extend(words(&big[header..]).iter().flat_map(|&[a, b, c, d]| [d, c, b, a]));
-    // As OpenMesh writes it: no number of colour components behind a face.
+    // As written by OpenMesh: no number of colour components after a face.
     let mut bare = little[..header + 12 + 300 * 12].to_vec();
     let mut rest = &little[header + 12 + 300 * 12..];
     while let Some(&[corners, ..]) = rest.first_chunk::<4>() {

@@ -9,19 +9,19 @@ use std::fmt::Write;
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// What a file of this size may take, from reading it to having written another.
+/// The memory that a file of this size may take, from reading it to having written another.
 fn allowed(size: usize) -> usize {
     (64 << 20) + 60 * size
 }
 
-/// One test, for the allocator counts those of all threads.
+/// Only one test, because the allocator counts the allocations of all threads.
 #[test]
 fn writing_takes_memory_in_proportion_to_the_input() {
     let mut materials = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
     for material in 0..300_000 {
         writeln!(materials, "usemtl {material}\nf 1 2 3").unwrap();
     }
-    // Every corner has a texture coordinate and a normal of its own.
+    // Every corner has its own texture coordinate and normal.
     let mut seams = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
     for corner in 0..60_000 {
         writeln!(seams, "vt {corner} 1\nvn 0 {corner} 1").unwrap();

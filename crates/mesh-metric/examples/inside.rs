@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for offset in [-0.5, -0.25, 0.0, 0.25, 0.5] {
         let inside = distances.iter().filter(|&&distance| distance <= offset).count();
         let counted = box_volume * inside as f64 / f64::from(count);
-        // Of a torus with a thicker or thinner tube.
+        // The exact volume of a torus whose tube is thicker or thinner by the offset.
         let exact = 2.0 * std::f64::consts::PI.powi(2) * 2.0 * (0.75_f64 + offset).powi(2);
         println!("offset {offset:5.2}: {counted:7.3} by counting, {exact:7.3} of the smooth torus");
     }

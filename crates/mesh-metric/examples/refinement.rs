@@ -1,4 +1,4 @@
-//! How fast finer and finer polyhedra approach a sphere, sampled and proved.
+//! The convergence of finer and finer polyhedra to a sphere, sampled and proved.
 #![allow(missing_docs, clippy::print_stdout)]
 
 use mesh_core::TriMesh;

@@ -127,8 +127,8 @@ impl Bvh {
         best
     }
 
-    /// For each point the closest point of all triangles, if that is closer than a distance. Fast if most are
-    /// not and if each eight consecutive points are close together.
+    /// For each point, the closest point of all triangles, if it is closer than the distance given for it. Fast if most
+    /// points are farther away, and if each eight consecutive points are close together.
     pub(crate) fn nearer_than_each(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<Nearest>> {
         let count = points.len().min(than.len());
         let mut found = vec![None; count];

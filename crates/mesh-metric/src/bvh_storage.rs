@@ -314,7 +314,7 @@ mod tests {
             assert_eq!(is_single(&boxes), expected);
             assert!((0..100).all(|t| boxes.triangle(t as u32) == triangles[t]));
             let leaf = dispatch!(Level::new(), simd => boxes.leaf(simd, 12).map(|c| c.at(3)));
-            // The last one again.
+            // The last triangle is repeated.
             assert_eq!(leaf, triangles[99]);
         }
         assert_eq!(size_of::<Leaf<Single>>(), 36 * LANES);

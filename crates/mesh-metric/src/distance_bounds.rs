@@ -19,17 +19,16 @@ use mesh_core::closest_point::{closest_on_segment, closest_on_triangle};
 
 /// Bounds of the rounding errors for two surfaces.
 ///
-/// With u = ε/2, `A` the largest distance from the point to a corner, and weights that are not
-/// negative and add up to one but for 3u: the differences to the point are off by u each, products
-/// and sums of the combination by 6u, its length by 3u, all relative to `A`. Together with the radius
-/// of a piece about its centre, which may be added, that is below 16u `A`. A lower bound has a vector
-/// `w` that is a unit vector but for 5u, and a product with it that is off by 4u `A`: together below
-/// 16u `A`, and below 20u `A` with the boxes of the tree that the search for the closest triangle
-/// passes over. `A` is at most the diagonal of the box round both surfaces.
+/// Let u = ε/2, let `A` be the largest distance from the point to a corner, and let the weights be non-negative with a
+/// sum of 1 up to 3u. All errors are relative to `A`. The differences to the point have an error of u each, products
+/// and sums of the combination 6u, and its length 3u. With the radius of a piece about its centre, which may be added,
+/// the total is below 16u. A lower bound uses a vector `w` that is a unit vector up to 5u, and a product with it that
+/// has an error of 4u: the total is below 16u, and below 20u with the boxes of the tree that the search for the closest
+/// triangle skips. `A` is at most the diagonal of the box around both surfaces.
 ///
-/// A point that lies between others, where a piece is divided, is rounded to coordinates: by u times
-/// the largest coordinate along each axis, and 2u times the length of the side. The parts so cover
-/// the piece only up to that distance. In a round, corners are made from corners up to three times.
+/// A point between others, where a piece is divided, is rounded: by u times the largest coordinate along each axis, and
+/// by 2u times the length of the side. So the parts cover the piece only up to that distance. In a round, corners are
+/// made from corners up to three times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rounding {
     /// Error of one distance.
@@ -96,8 +95,8 @@ fn to_some_point(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     let [a, b, c] = triangle.map(|corner| corner - point);
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let normal = ab.cross(-ca);
-    // Of the corners across ab, bc and ca: twice the areas that the foot of the perpendicular spans
-    // with the sides, times the normal's length.
+    // For the corners across ab, bc and ca: twice the areas that the foot of the perpendicular spans with the sides,
+    // times the length of the normal.
     let [of_c, of_a, of_b] = [ab.cross(a), bc.cross(b), ca.cross(c)].map(|m| -normal.dot(m));
     let sum = of_a + of_b + of_c;
     let is_inside = of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0 && sum > SMALLEST_SUM;

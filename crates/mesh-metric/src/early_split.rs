@@ -28,7 +28,7 @@ pub(crate) struct Section {
     of: u16,
 }
 
-/// All sections with their triangles, triangle by triangle; `None` where splitting does not pay.
+/// All sections with their triangles, triangle by triangle; `None` if splitting is not worthwhile.
 pub(crate) fn split_long_triangles(
     corners: impl Fn(usize) -> [DVec3; 3] + Sync,
     count: usize,
@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// The corners of a cone with so many faces.
+    /// The corners of a cone with this many faces.
     fn cone(faces: usize) -> impl Fn(usize) -> [DVec3; 3] {
         let rim = move |i: usize| {
             let angle = core::f64::consts::TAU * i as f64 / faces as f64;
@@ -202,7 +202,7 @@ mod tests {
             let [a, b] = [(); 2].map(|()| DVec3::X + 1e-3 * random_point(&mut random));
             let mut corners = [tip, a, b];
             corners.rotate_left(round % 3);
-            // The two long sides change places.
+            // The two long sides are swapped.
             let mirrored = corners.map(|corner| match corner {
                 corner if corner == a => b,
                 corner if corner == b => a,
@@ -227,7 +227,7 @@ mod tests {
             [at(x, y), at(x + 1, y), at(x, y + 1)]
         };
         assert!(split_long_triangles(grid, 10_000).is_none());
-        // Needles along an axis, few needles, and sizes beyond what numbers hold.
+        // Needles along an axis, few needles, and sizes that overflow.
         assert!(
             split_long_triangles(|t| grid(t).map(|p| p * DVec3::new(1e6, 1.0, 0.0)), 10_000)
                 .is_none()

@@ -1,11 +1,11 @@
 //! Certified bounds of the Hausdorff distance.
 //!
-//! The one-sided distance h(A, B) is the largest distance to B of any point of A. A point of A
-//! gives a lower bound. A piece T of a triangle of A gives upper bounds:
+//! The one-sided distance h(A, B) is the largest distance from a point of A to B. A point of A gives a lower bound. A
+//! piece T of a triangle of A gives upper bounds:
 //!
-//! - the distance to one triangle t of B is a convex function, so that on T it is largest at a
-//!   corner: no point of T is farther from B than the farthest corner of T is from t;
-//! - no point of T is farther from B than its centre is, plus the radius of T about that centre.
+//! - The distance to one triangle t of B is a convex function, so on T it is largest at a corner: no point of T is
+//!   farther from B than the farthest corner of T is from t.
+//! - No point of T is farther from B than the centre of T, plus the radius of T about that centre.
 //!
 //! Pieces whose upper bound exceeds the lower bound of the whole by more than the tolerance are divided until
 //! there are none (compare Tang, Lee, Kim 2009 and Kang, Kyung, Yoon, Kim 2018). Pieces much larger than the
@@ -167,8 +167,7 @@ fn bounds_in_range(
     })
 }
 
-/// Bounds of the one-sided Hausdorff distance: the largest distance to `to` of any point of
-/// `from`.
+/// Bounds of the one-sided Hausdorff distance: the largest distance from a point of `from` to `to`.
 ///
 /// The bounds include rounding errors, see [`hausdorff_bounds`].
 #[must_use]

@@ -20,7 +20,7 @@ pub struct SurfaceSample {
     pub weights: [f64; 3],
 }
 
-/// `count` points, uniformly distributed by area, the same for the same seed.
+/// `count` points, uniformly distributed by area and determined by the seed.
 ///
 /// Stratification: the faces lie one after another on a line, each as long as its area. The line is cut into
 /// `count` equal intervals, and each interval gets one sample. So every face, and every group of consecutive

@@ -6,8 +6,8 @@ use mesh_core::{FaceId, TriMesh, VertexMap};
 
 use crate::surface::{ClosestPoint, Surface, SurfaceError};
 
-/// Signed distances to a mesh: positive on the side that the normals point to, which is outside
-/// when the mesh is closed and its faces look outwards.
+/// Signed distances to a mesh. They are positive on the side of the normals, which is the outside if the mesh is closed
+/// and its faces are oriented outwards.
 ///
 /// The sign compares the offset with the *angle-weighted pseudonormal* at the closest point: the normal of the
 /// face, the sum of the two face normals on an edge, the angle-weighted normal at a vertex. Only this weighting

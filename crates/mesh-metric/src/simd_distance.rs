@@ -6,7 +6,7 @@ use glam::DVec3;
 use mesh_core::closest_point::THIN;
 use mesh_core::simd::Vec3x8;
 
-/// The vectors from points to the closest points of triangles, with the same bits as those of
+/// The vectors from points to the closest points of triangles, with the same bits as
 /// [`closest_on_triangle`](crate::closest_on_triangle()), and the squares of their lengths.
 #[inline(always)]
 pub(crate) fn closest_on_triangles<S: Simd>(

@@ -84,7 +84,8 @@ mod tests {
 
     use mesh_core::closest_point::closest_on_triangle;
 
-    /// How far a point is from a slab, which is the last of eight and the only one that is not everywhere.
+    /// The distance of a point from a slab, computed with the slab as the last of eight; the other seven are all of
+    /// space.
     fn gap(slab: Slab, point: DVec3) -> f64 {
         let slabs = Slabs::new([Slab::default(); LANES - 1].into_iter().chain([slab]));
         let squares = dispatch!(Level::new(), simd => {
@@ -117,7 +118,7 @@ mod tests {
     fn needles_next_to_each_other_are_in_thin_slabs() {
         let rim = |i: f64| DVec3::new((1e-4 * i).cos(), (1e-4 * i).sin(), 0.0);
         let slab = Slab::new([0.0, 1.0, 2.0, 3.0].map(|i| [DVec3::Z, rim(i), rim(i + 1.0)]));
-        // In the box round the needles, and far from them for their width.
+        // The point is in the box around the needles, and far from them compared with their width.
         let beside = 0.5 * (DVec3::Z + rim(100.0));
         assert!(gap(slab, beside) > 0.004, "{}", gap(slab, beside));
         assert_eq!(gap(slab, 0.5 * (DVec3::Z + rim(2.0))), 0.0);

@@ -30,7 +30,7 @@ pub enum SurfaceError {
     /// More triangles than 32-bit indices can address.
     #[error("there are {0} triangles, more than 32-bit indices can address; split the surface")]
     TooLarge(usize),
-    /// A corner refers to a vertex that is not there.
+    /// A corner refers to a missing vertex.
     #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
     IndexOutOfRange {
         /// The triangle.
@@ -167,7 +167,7 @@ impl Surface {
         used
     }
 
-    /// The box round the triangles.
+    /// The box around the triangles.
     #[must_use]
     pub fn bounding_box(&self) -> BoundingBox {
         self.bounding_box

@@ -1,4 +1,4 @@
-//! Distances against closed forms, brute force, an independent library, and real meshes.
+//! Distances compared with closed forms, brute force, an independent library, and real meshes.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use glam::{DQuat, DVec3};
@@ -53,7 +53,7 @@ fn closest_points_agree_with_brute_force() {
     }
 }
 
-/// A cone of needles that lie across the axes, which the tree has in pieces.
+/// A cone of needles across the axes, which the tree stores in sections.
 #[test]
 fn closest_points_on_needles_agree_with_brute_force() {
     let count = 3000;
@@ -88,14 +88,14 @@ fn only_what_is_closer_than_a_distance_is_found() {
     let surface = Surface::new(&sphere()).unwrap();
     let points = random_points(3000, 2.0, 4);
     let all: Vec<f64> = points.iter().map(|&p| surface.distance(p)).collect();
-    // Just above, just below, and at the distance.
+    // Limits just above, just below, and equal to the distance.
     let than: Vec<f64> =
         all.iter().zip(0..).map(|(&d, i)| d * [1.0 + 1e-9, 1.0 - 1e-9, 1.0][i % 3]).collect();
     for (i, found) in surface.closer_points(&points, &than).into_iter().enumerate() {
         match i % 3 {
             0 => assert_eq!(found.unwrap().distance, all[i]),
             1 => assert!(found.is_none()),
-            // Squares of roots are rounded to either side.
+            // The square of a root can be rounded in either direction.
             _ => assert!(found.is_none_or(|found| found.distance == all[i])),
         }
     }
@@ -109,7 +109,7 @@ fn points_are_within_the_largest_of_their_distances() {
     let largest = distances.iter().copied().fold(0.0, f64::max);
     assert!(surface.are_within(&points, largest * (1.0 + 1e-12)));
     assert!(!surface.are_within(&points, largest * (1.0 - 1e-12)));
-    // Those that are closer than some distance are within it, and with one more they are not.
+    // Points closer than a limit are within it; with one more point they are not.
     let (mut near, far): (Vec<DVec3>, Vec<DVec3>) =
         points.iter().partition(|&&point| surface.distance(point) < 0.3);
     assert!(surface.are_within(&near, 0.3));
@@ -171,7 +171,7 @@ fn a_proof_ends_whenever_it_is_told_to() {
     };
     let whole = hausdorff_bounds_until(&a, &b, &options, never).unwrap();
     assert_eq!(whole, hausdorff_bounds(&a, &b, &options));
-    // In every round of either direction.
+    // The run can be stopped in every round of either direction.
     assert!(asked > 8, "{asked}");
     for end in 0..asked {
         let mut left = end;
@@ -186,7 +186,7 @@ fn a_proof_ends_whenever_it_is_told_to() {
 #[test]
 fn many_at_once_are_as_far_as_one_by_one() {
     let surface = Surface::new(&sphere()).unwrap();
-    // Crowded, scattered, and nowhere.
+    // Dense, scattered, and non-finite points.
     let mut points: Vec<DVec3> =
         sample_surface(&surface, 20_000, 5).iter().map(|sample| 1.01 * sample.position).collect();
     points.extend(random_points(1000, 2.0, 10));
@@ -239,7 +239,7 @@ fn signs_tell_inside_from_outside() {
 
 #[test]
 fn a_spike_has_the_right_sign_beyond_its_tip() {
-    // A needle: most of the faces at the tip look away from points beyond it.
+    // A needle: at the tip, the normals of most faces point away from points beyond it.
     let corners = [[0.0, 0.0, 10.0], [1.0, 0.0, 0.0], [-1.0, 0.1, 0.0], [-1.0, -0.1, 0.0]];
     let mesh =
         TriMesh::from_triangles(&corners, &[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]).unwrap();
@@ -290,7 +290,7 @@ fn parallel_triangles_moved_sideways_have_the_distance_of_their_corners() {
 
 #[test]
 fn a_tent_is_measured_in_the_middle_where_it_has_no_vertex() {
-    // The flat square is farthest from the ridge of the tent, half of it in the middle of faces.
+    // The flat square is farthest from the ridge of the tent; half of the ridge lies above the interior of faces.
     let square = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 0.0]];
     let flat = Surface::from_triangles(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     let tent = [square.to_vec(), vec![[1.0, 1.0, 1.0]]].concat();
@@ -324,7 +324,7 @@ fn bounds_hold_at_the_limit_of_pieces() {
     assert!(sampled.hausdorff() > 0.9 * tight.lower);
 }
 
-/// Needles are searched in another way than other triangles, and so are samples far apart.
+/// Needles and scattered samples use different search methods from other triangles.
 #[test]
 fn the_largest_sampled_distance_alone_is_that_of_a_comparison() {
     let sphere = |level| Sphere { radius: 1.0 }.icosphere(level).unwrap();
@@ -444,7 +444,7 @@ fn a_surface_without_area_is_measured_by_its_edges() {
     assert_eq!((result.forward.mean, result.forward.max), (3.0, 3.0));
 }
 
-/// All edges of a cone together are thousands of times as long as it is.
+/// The total length of the edges of a cone is thousands of times its size.
 #[test]
 fn the_edges_of_needles_have_no_more_points_than_their_share() {
     let count = 5000;
@@ -459,7 +459,7 @@ fn the_edges_of_needles_have_no_more_points_than_their_share() {
     let measured = compare(&cone, &cone, &options).forward;
     let on_edges = measured.samples - options.samples - points.len();
     assert!((20_000..=40_000).contains(&on_edges), "{on_edges}");
-    // Without area the edges are all there is, and they are no more.
+    // Without area, the edges are the whole surface, but get no more points.
     let flat: Vec<DVec3> = (0..=count).map(|i| DVec3::X * f64::from(i * i)).collect();
     let line = Surface::from_triangles(&flat, &triangles).unwrap();
     let measured = compare(&line, &cone, &options).forward;
@@ -467,8 +467,8 @@ fn the_edges_of_needles_have_no_more_points_than_their_share() {
 }
 
 proptest! {
-    /// Random triangle soups, slivers included: no sample is beyond the certified bounds, and the
-    /// bounds are as close as asked for.
+    /// Random triangle soups, including slivers: no sample exceeds the certified bounds, and the bounds are as close as
+    /// requested.
     #[test]
     fn samples_stay_within_certified_bounds(
         seed in 0_u64..1000, count in 1_usize..12, thin in prop::bool::ANY
@@ -494,7 +494,7 @@ proptest! {
     }
 }
 
-/// Who is asked, and says so from the time on when it was asked so often.
+/// Counts its calls, and returns true from call number `limit` on.
 fn stops_at(asked: &AtomicUsize, limit: usize) -> impl Fn() -> bool + Sync {
     move || asked.fetch_add(1, Ordering::Relaxed) >= limit
 }
@@ -507,7 +507,7 @@ fn measuring_that_is_not_stopped_is_the_same_and_stops_soon_otherwise() {
     let asked = AtomicUsize::new(0);
     let found = compare_until(&a, &b, &options, &stops_at(&asked, usize::MAX)).unwrap();
     assert_eq!(found, compare(&a, &b, &options));
-    // Often enough for it to be soon: every thousand points.
+    // Calls are frequent: one per thousand points.
     let often = asked.into_inner();
     assert!(often >= 2 * options.samples / 1024, "{often}");
     for limit in [0, 1, often / 3, often - 1] {

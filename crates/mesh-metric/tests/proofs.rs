@@ -1,4 +1,4 @@
-//! Certified bounds against exact arithmetic: every distance here is a quotient of integers.
+//! Certified bounds compared with exact arithmetic: every distance here is a quotient of integers.
 #![allow(clippy::unwrap_used)]
 
 use core::cmp::Ordering;
@@ -10,7 +10,7 @@ use mesh_metric::{
 };
 use num_bigint::BigInt;
 
-/// Coordinates in units of 2^-SCALE are integers, if they are multiples of that.
+/// In units of 2^-SCALE, all coordinates must be integers.
 const SCALE: i32 = 200;
 
 /// A finite number as an integer times a power of two.
@@ -63,7 +63,7 @@ impl Squared {
         (&self.numerator * &other.denominator).cmp(&(&other.numerator * &self.denominator))
     }
 
-    /// Compares the distance with a number that is not negative.
+    /// Compares the distance with a non-negative number.
     fn compare_root(&self, number: f64) -> Ordering {
         assert!(number >= 0.0 && number.is_finite());
         let (integer, exponent) = parts(number);
@@ -121,19 +121,18 @@ impl Draw {
         10.0_f64.powf(low + (high - low) * self.0.uniform())
     }
 
-    /// A triangle about one long whose smallest angle, or whose angles but for one, have sines
-    /// between 1e-8 and 1e-3.
+    /// A triangle of length about 1. Its smallest angle, or two of its angles, have sines between 1e-8 and 1e-3.
     fn needle(&mut self) -> [DVec3; 3] {
         let (start, along) = (self.vector(), self.vector().normalize());
         let across = along.cross(self.vector()).normalize() * self.power(-8.0, -3.0);
-        // The corner across is over the side, over its end, or a little beyond.
+        // The opposite corner lies over the side, over its end, or slightly beyond.
         let at = [self.0.uniform(), 1.0, 1.05, 0.02][self.0.bits() as usize % 4];
         let mut corners = [start, start + along, start + along * at + across];
         corners.rotate_left(self.0.bits() as usize % 3);
         corners
     }
 
-    /// A point over or on a triangle, or beside it, at some height.
+    /// A point above, on or beside a triangle.
     fn near(&mut self, [a, b, c]: [DVec3; 3]) -> DVec3 {
         let (v, w) = (self.0.uniform(), self.0.uniform());
         let (v, w) = if v + w > 1.0 { (1.0 - v, 1.0 - w) } else { (v, w) };
@@ -143,7 +142,7 @@ impl Draw {
         a + (b - a) * (v * stretch) + (c - a) * w + self.vector() * height
     }
 
-    /// Away from the origin, where coordinates have fewer digits for the shape.
+    /// A position far from the origin, where coordinates have fewer digits for the shape.
     fn place(&mut self) -> DVec3 {
         let far = [0.0, 10.0, 1e4][self.0.bits() as usize % 3];
         far * self.vector()
@@ -160,12 +159,12 @@ fn exact(triangles: &[[DVec3; 3]]) -> Vec<[Exact; 3]> {
     triangles.iter().map(|corners| corners.map(Exact::new)).collect()
 }
 
-/// How many cases are tried: `CURVMESH_PROOFS`, or few enough for every day.
+/// The number of cases: `CURVMESH_PROOFS`, or a small number by default.
 fn cases() -> u64 {
     std::env::var("CURVMESH_PROOFS").ok().and_then(|cases| cases.parse().ok()).unwrap_or(6000)
 }
 
-/// To one triangle the distance is largest at a corner, so that it is known exactly.
+/// The distance to one triangle is largest at a corner, so it is known exactly.
 #[test]
 fn bounds_of_the_distance_to_a_needle_hold_exactly() {
     let mut plain = 0;
@@ -182,7 +181,7 @@ fn bounds_of_the_distance_to_a_needle_hold_exactly() {
         let bounds = one_sided_bounds(&surface(&[near]), &surface(&[needle]), &options);
         assert!(farthest.compare_root(bounds.upper).is_le(), "{seed}: {bounds:?} is too low");
         assert!(farthest.compare_root(bounds.lower).is_ge(), "{seed}: {bounds:?} is too high");
-        // What the plain distances would be, with twice the slack that size alone asks for.
+        // The ordinary distances, with twice the slack that the size alone requires.
         let size = needle.iter().map(|corner| corner.abs().max_element()).fold(0.0, f64::max);
         let slack = 32.0 * f64::EPSILON * size;
         let distance = near.map(|corner| closest_on_triangle(corner, &needle).length());
@@ -192,12 +191,12 @@ fn bounds_of_the_distance_to_a_needle_hold_exactly() {
                 || farthest.compare_root((distance - slack).max(0.0)).is_lt(),
         );
     }
-    // The attack is one: without proof, many of the distances are wrong.
+    // The test is effective: without the certified bounds, many distances are wrong.
     assert!(u64::from(plain) > cases() / 50, "{plain} of {}", cases());
 }
 
-/// Between several needles: no point is farther away than the upper bound, and the point that stands
-/// for the lower one is as far away as it says.
+/// Between several needles: no point is farther away than the upper bound, and the point of the lower bound is at least
+/// that far away.
 #[test]
 fn bounds_between_needles_hold_exactly_at_every_point() {
     for seed in 0..cases() / 4 {
@@ -218,7 +217,8 @@ fn bounds_between_needles_hold_exactly_at_every_point() {
         let at = to_triangles(&Exact::new(bounds.at), &target);
         assert!(at.compare_root(bounds.lower).is_ge(), "{seed}: {bounds:?} is too high");
         for [a, b, c] in &origin {
-            // Corners and points between them: in quarters, so in units of a quarter.
+            // Corners and points between them, with weights that are multiples of a quarter; so the unit is divided by
+            // four.
             for weights in [[4, 0, 0], [0, 4, 0], [0, 0, 4], [2, 1, 1], [1, 2, 1], [0, 1, 3]] {
                 let point =
                     Exact([0, 1, 2].map(|i| {
@@ -239,8 +239,7 @@ fn bounds_between_needles_hold_exactly_at_every_point() {
     }
 }
 
-/// Whole triangles count as pieces, so that a fixed number of them would stop large surfaces before
-/// they are begun.
+/// Whole triangles count as pieces. A fixed limit would stop the search on large surfaces before it starts.
 #[test]
 fn the_budget_grows_with_the_number_of_faces() {
     let cells = 40;
@@ -260,7 +259,7 @@ fn the_budget_grows_with_the_number_of_faces() {
         Surface::from_triangles(&points, &triangles).unwrap()
     };
     let (a, b) = (grid(0.0, 0.1), grid(1.0, 0.3));
-    // Room for the whole triangles alone.
+    // A budget for the whole triangles only.
     let options = CertifyOptions {
         tolerance: 1e-6,
         max_pieces: a.triangle_count(),

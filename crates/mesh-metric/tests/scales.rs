@@ -17,8 +17,8 @@ fn sphere(level: u32, place: impl Fn(DVec3) -> DVec3) -> Surface {
 const SAMPLES: CompareOptions =
     CompareOptions { samples: 2000, vertices: true, edges: true, seed: 1 };
 
-/// Bounds and samples of scaled surfaces are those of the originals, scaled: the bits are the same beyond the range
-/// where surfaces are brought to unit size, and the bounds hold everywhere.
+/// Bounds and samples of scaled surfaces equal the scaled bounds and samples of the originals. Outside the range of
+/// ordinary sizes, where surfaces are scaled to unit size, the bits are the same. The bounds hold everywhere.
 #[test]
 fn distances_scale_with_the_surfaces() {
     let options = |scale: f64| CertifyOptions { tolerance: 1e-4 * scale, ..Default::default() };
@@ -57,7 +57,7 @@ fn a_surface_is_at_distance_zero_from_itself() {
     }
 }
 
-/// A sample raises the lower bound where the search has stopped early.
+/// A sample raises the lower bound if the search stopped early.
 #[test]
 fn samples_raise_the_lower_bound() {
     let (a, b) = (sphere(2, |p| p), sphere(2, |p| 1.5 * p));

@@ -1,4 +1,4 @@
-//! What is measured comes back from JSON as it was.
+//! Results are unchanged after a round trip through JSON.
 #![cfg(feature = "serde")]
 #![allow(clippy::unwrap_used)]
 

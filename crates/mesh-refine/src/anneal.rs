@@ -1,12 +1,13 @@
-//! Annealing the layout, and trading faces from where they do little for where they are missed.
+//! Annealing of the layout, and exchange of faces between places with small and large errors.
 //!
-//! First the mesh is laid out anew from coarse to fine, see [`nested`](super::nested), and where that is
-//! better, again from other beginnings; where it is no better, its own vertices and edges are annealed,
-//! see [`layout`](super::layout).
-//! Then each round cuts some edges in two, drawn at random but the more likely the larger the error is there;
-//! fits; collapses the cheapest edges until there are as many faces as before; and fits again. The result
-//! is kept when it is closer to the original. More edges are cut at once after a around that was kept, and
-//! fewer after one that was not, so that about one in five is.
+//! First the mesh is laid out again from coarse to fine, see [`multiresolution`](super::multiresolution). If the new
+//! layout is better, several other layouts are tried. If none is better, the vertices and edges of the mesh itself are
+//! annealed, see [`vertex_relocation`](super::vertex_relocation).
+//!
+//! Then rounds of exchange follow. Each round splits some random edges, with a probability that grows with the local
+//! error; fits; collapses the cheapest edges until the number of faces is as before; and fits again. The result is kept
+//! if it is closer to the original. The number of splits grows after a round that was kept and shrinks after one that
+//! was not, so that about one round in five is kept.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -27,29 +28,29 @@ use crate::observer::Observer;
 use crate::vertex_relocation::{Cooling, anneal_layout};
 use mesh_collapse::{Boundary, Phase};
 
-/// How to anneal; see [`anneal`].
+/// Options of [`anneal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealOptions {
-    /// How many sweeps of jumps, flips and smoothing; 0 for none.
+    /// Number of sweeps of jumps, flips and smoothing; 0 for none.
     pub sweeps: usize,
-    /// How far vertices jump at first, in mean lengths of their edges.
+    /// Length of the first jumps of vertices, relative to the mean length of their edges.
     pub jump: f64,
-    /// How many layouts are begun on a smooth surface, at least 1. The closest fourth of them is carried on
-    /// at each finer stage, so that 16 take two to four times as long as one.
+    /// Number of layouts to try on a smooth surface, at least 1. At each finer stage only the closest quarter of them
+    /// continues, so that 16 layouts take two to four times as long as one.
     pub starts: usize,
-    /// The longest time for all of it. The only option that makes results depend on the machine.
+    /// Time limit of annealing. The only option that makes results depend on the machine.
     pub time_limit: Option<Duration>,
-    /// How many rounds of trading faces at most. It ends earlier when cutting one edge does not help either.
+    /// Largest number of rounds of exchange. They end earlier when even a single split no longer helps.
     pub rounds: usize,
-    /// For each of these rounds, how many times the faces of the mesh the original has at least, so that they
-    /// take a small part of the time that the collapses took; 0 for as many rounds as `rounds` says.
+    /// Ratio of faces of the original to faces of the mesh that is required for each round, so that the rounds take a
+    /// small part of the time of the collapses; 0 for `rounds` rounds in any case.
     pub reduction_per_round: f64,
-    /// The part of the edges that are cut in the first round; it is adapted to what succeeds.
+    /// Share of the edges that are split in the first round. Later rounds adapt it to the success rate.
     pub share: f64,
-    /// Samples per face that errors are measured with.
+    /// Samples per face for the measurement of errors.
     pub samples_per_face: usize,
-    /// How the mesh is fitted after each change.
+    /// Options of the fit after each change.
     pub fit: FitOptions,
 }
 
@@ -76,7 +77,7 @@ impl Default for AnnealOptions {
 }
 
 impl AnnealOptions {
-    /// Whether the options make sense.
+    /// Checks that the options are in range.
     pub fn check(&self) -> Result<(), RefineError> {
         let is_length = self.jump >= 0.0 && self.jump.is_finite();
         RefineError::unless(is_length, "anneal jump", self.jump, "at least 0 and finite")?;
@@ -100,7 +101,7 @@ impl AnnealOptions {
         self.sweeps > 0 || self.rounds_for(mesh, original) > 0
     }
 
-    /// How many rounds of trading faces there are at most.
+    /// The largest number of rounds of exchange.
     fn rounds_for(&self, mesh: &TriMesh, original: &Surface) -> usize {
         if self.reduction_per_round == 0.0 {
             return self.rounds;
@@ -111,45 +112,45 @@ impl AnnealOptions {
     }
 }
 
-/// The fewest rounds of fitting after that.
+/// The smallest number of rounds of the final fit of a layout.
 const SETTLE: usize = 6;
 
-/// By how much the share of the edges that are cut changes after a around that was kept, and after one in
-/// vain: it stays as it is where one in five is kept, which serves searches like this best (Rechenberg 1973).
+/// Factors on the share of split edges after a round that was kept, and after a round that was not. The share is stable
+/// if one round in five is kept, which is best for such searches (Rechenberg 1973).
 const MORE: f64 = 1.3;
 const LESS: f64 = 0.9365;
-/// The largest share, as long as that is more than what was asked for.
+/// The upper limit of the share, unless the options ask for a larger one.
 const LARGEST_SHARE: f64 = 0.1;
-/// A share of less than so many edges ends the search: there were several rounds with one of them before.
+/// If the share is less than this number of edges, the search ends: several rounds with one edge have failed before.
 const LEAST_EDGES: f64 = 0.3;
 
-/// What annealing did.
+/// Report of [`anneal`].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealReport {
-    /// How many layouts were made from coarse to fine: more than one where the first one was better.
+    /// Number of layouts made from coarse to fine; more than one if the first one was better than the input.
     pub layouts: usize,
-    /// How many sweeps were made, of all layouts.
+    /// Number of sweeps of all layouts.
     pub sweeps: usize,
-    /// Whether what they left was better, and kept.
+    /// Whether the new layout was better, and kept.
     pub is_layout_kept: bool,
-    /// How many rounds were made.
+    /// Number of rounds of exchange.
     pub rounds: usize,
-    /// How many of them were kept.
+    /// Number of rounds that were kept.
     pub kept: usize,
     /// The root mean square distance of the original from the mesh at the start.
     pub rms_before: f64,
     /// That distance at the end.
     pub rms_after: f64,
-    /// For each vertex of the mesh that was given, the vertex that it has become.
+    /// For each vertex of the input mesh, the vertex of the result that it corresponds to.
     pub vertex_map: VertexMap<Option<VertexId>>,
 }
 
-/// Anneals a mesh without gaps towards the original that it was made from. The number of faces does
-/// not rise, and `constraints` follow the mesh. The boundary stays.
+/// Anneals a mesh without gaps towards the original that it was made from. The number of faces does not rise, and
+/// `constraints` follow the mesh. The boundary stays.
 ///
 /// # Errors
-/// An option makes no sense, or the mesh has no faces.
+/// An option is out of range, or the mesh has no faces.
 pub fn anneal(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -160,7 +161,7 @@ pub fn anneal(
     anneal_observed(mesh, original, constraints, options, &mut Observer::none())
 }
 
-/// The same, until the observer says to stop: then with fewer rounds.
+/// [`anneal`] with an observer. If it stops the run, there are fewer rounds.
 pub(crate) fn anneal_observed(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -204,7 +205,7 @@ pub(crate) fn anneal_observed(
     })
 }
 
-/// What the state of a mesh is improved by.
+/// Input of the search for a better layout.
 struct LevelSearch<'a> {
     original: &'a Surface,
     points: &'a [DVec3],
@@ -213,7 +214,7 @@ struct LevelSearch<'a> {
     schedule: Cooling,
 }
 
-/// What [`LevelSearch::lay_out`] did.
+/// Report of [`LevelSearch::lay_out`].
 #[derive(Default)]
 struct LaidOut {
     layouts: usize,
@@ -237,7 +238,7 @@ impl LevelSearch<'_> {
         let settle = FitOptions { rounds: fit.rounds.max(SETTLE), ..*fit };
         let (mesh, constraints) = (state.mesh.clone(), state.constraints.clone());
         let density = &Density::new(&mesh, original, power)?;
-        // The others only where the first one is better: where the surface is smooth.
+        // The other layouts are tried only if the first one is better, which means that the surface is smooth.
         for starts in [0..1, 1..options.starts] {
             if starts.is_empty() || (starts.start > 0 && !done.is_kept) {
                 break;
@@ -272,7 +273,7 @@ impl LevelSearch<'_> {
         Ok(done)
     }
 
-    /// Trades faces. Says how many rounds were made, and how many of them were kept.
+    /// Exchanges faces. Returns the number of rounds, and the number of rounds that were kept.
     fn trade(
         &self,
         state: &mut State,
@@ -298,7 +299,7 @@ impl LevelSearch<'_> {
                 kept += 1;
                 share = (MORE * share).min(LARGEST_SHARE.max(options.share));
             } else {
-                // Smaller changes are more likely to be for the better.
+                // Smaller changes are more likely to succeed.
                 share *= LESS;
             }
         }
@@ -312,7 +313,7 @@ struct State {
     constraints: FitConstraints,
     map: VertexMap<Option<VertexId>>,
     power: Power,
-    /// What is to become small, of the samples that are closest to each face, and of all.
+    /// The sums of the powers of the sample distances: for each face, over the samples closest to it, and in total.
     of_face: Vec<f64>,
     sum: f64,
     /// The sum of the squared distances of all samples.
@@ -361,7 +362,7 @@ impl State {
         self.mesh.topology().face_count()
     }
 
-    /// The next state, after some edges were cut, whether it is better or not.
+    /// The next state after some edges are split, whether it is better or not.
     fn step(
         &self,
         original: &Surface,
@@ -401,7 +402,8 @@ impl State {
             .map_err(RefineError::from)
     }
 
-    /// A share of the edges, no two of them at the same face, each as likely as the error of its faces says.
+    /// Random edges to split, in the given share, with probabilities proportional to the errors of their faces. No two
+    /// of them belong to the same face.
     fn edges_to_cut(&self, share: f64, random: &mut SplitMix64) -> Vec<EdgeId> {
         let topology = self.mesh.topology();
         let error = |e: EdgeId| {
@@ -411,8 +413,8 @@ impl State {
         let may_be_cut =
             |&e: &EdgeId| !topology.is_boundary_edge(e) && !self.constraints.is_feature(e);
         let candidates = topology.edges().filter(may_be_cut);
-        // Each waits for a time with an exponential distribution whose rate is its error, and the first ones
-        // are taken (Efraimidis and Spirakis 2006).
+        // Weighted sampling: each edge waits for a random time with an exponential distribution whose rate is its
+        // error, and the first edges are taken (Efraimidis and Spirakis 2006).
         let mut waiting: Vec<(f64, EdgeId)> =
             candidates.map(|e| (-random.uniform().ln() / error(e), e)).collect();
         waiting.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));

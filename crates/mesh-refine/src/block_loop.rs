@@ -1,13 +1,13 @@
-//! Work that is done block by block on all cores, a few blocks at a time.
+//! Work in blocks on all cores, with a few blocks in memory at the same time.
 
 use core::ops::Range;
 
 use mesh_core::parallel;
 
-/// Blocks that are made at the same time before their results are taken.
+/// The number of blocks that are computed together before their results are taken.
 const AT_ONCE: usize = 64;
 
-/// The values of consecutive indices, from 0 to `count`, made block by block on all cores.
+/// The values for the indices from 0 to `count`, computed in blocks on all cores.
 pub(crate) fn values_in_turn<T: Send>(
     count: usize,
     size: usize,
@@ -18,8 +18,8 @@ pub(crate) fn values_in_turn<T: Send>(
     all
 }
 
-/// Makes blocks of so many consecutive indices, from 0 to `count`, on all cores, and takes them in order while
-/// others are made: memory is that of a few, and the result that of one thread.
+/// Computes blocks of `size` consecutive indices, from 0 to `count`, on all cores, and takes the results in order while
+/// later blocks are computed. Only a few blocks are in memory, and the result equals that of one thread.
 pub(crate) fn for_blocks_in_turn<T: Send>(
     count: usize,
     size: usize,

@@ -1,4 +1,4 @@
-//! After splits: the cheapest collapses, until there are as many faces as before.
+//! Collapses that bring a mesh back to its number of faces after splits.
 
 use mesh_collapse::{
     Boundary, Memoryless, Optimal, Phase, Placement, Policies, Policy, Protect, Start, Target,
@@ -9,19 +9,19 @@ use mesh_core::{EdgeId, Remap, RemapOf, TriMesh, VertexId, VertexMap};
 use crate::fit::constraints::FitConstraints;
 use crate::observer::Observer;
 
-/// What a mesh is brought back to.
+/// Options of a run of collapses after splits.
 pub struct CollapseBack<'a> {
     /// Number of faces to stop at.
     pub faces: usize,
-    /// Vertices that stay, besides those that are fixed.
+    /// Vertices that stay, in addition to the fixed ones.
     pub locked: &'a [VertexId],
     /// How the boundary is treated.
     pub boundary: Boundary,
-    /// Whether faces must not come to cross that did not before.
+    /// Whether faces must not intersect if they did not before.
     pub forbid_intersections: bool,
     /// Number of vertices that every component keeps; `None` for no limit.
     pub min_component_vertices: Option<usize>,
-    /// Edges that are cheap, to be looked at before others; `None` where that is not known.
+    /// Cheap edges to examine first; `None` if not known.
     pub first: Option<&'a [EdgeId]>,
 }
 
@@ -41,7 +41,7 @@ impl CollapseBack<'_> {
         }
     }
 
-    /// So many of the edges that cost least.
+    /// The `count` cheapest edges.
     pub fn cheapest_edges(
         &self,
         mesh: &mut TriMesh,
@@ -55,18 +55,18 @@ impl CollapseBack<'_> {
     }
 }
 
-/// What [`collapse_back_placed`] left.
+/// Result of [`collapse_back_placed`].
 pub struct Back {
-    /// What holds for the mesh that is left.
+    /// Constraints of the resulting mesh.
     pub constraints: FitConstraints,
-    /// For each vertex, the one that it has become.
+    /// For each vertex, the vertex that it was merged into.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// Where the elements went that are left.
+    /// New handles of the remaining elements.
     pub remap: Remap,
 }
 
-/// Collapses edges by the memoryless metric and closes the gaps. There are more faces left than
-/// wanted when the observer says to stop.
+/// Collapses edges by the memoryless metric and closes the gaps. If the observer stops the run, more faces than wanted
+/// remain.
 pub(crate) fn collapse_back(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
@@ -77,7 +77,7 @@ pub(crate) fn collapse_back(
     collapse_back_placed(mesh, constraints, to, Optimal::default(), (phase, observer))
 }
 
-/// The same with a placement.
+/// Collapses edges with a given placement, and closes the gaps.
 pub fn collapse_back_placed(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
@@ -97,7 +97,7 @@ pub fn collapse_back_placed(
     let vertex_map = run.log.representatives(mesh, run.log.len());
     let remap = mesh.compact();
     let vertex_map = vertex_map.as_slice().iter().map(|&v| remap.new_handle(v)).collect();
-    // What was locked for this run alone is free again.
+    // Vertices locked for this run only are free again.
     let fixed = constraints.fixed.as_ref().map(|fixed| {
         let mut new = mesh.topology().vertex_map(false);
         for (v, _) in fixed.iter().filter(|(_, fixed)| **fixed) {
@@ -161,14 +161,14 @@ mod tests {
         };
         let (few, back) = collapse(&mesh, all - 6, Some(&cheapest[..]));
         assert_eq!(few.topology().face_count(), all - 6);
-        // Nothing but ends of these edges has been merged.
+        // Only ends of these edges have been merged.
         let is_end = |v| cheapest.iter().any(|&e| mesh.topology().edge_vertices(e).contains(&v));
         let mut vertex_map: Vec<_> = back.vertex_map.iter().map(|(v, new)| (*new, v)).collect();
         vertex_map.sort_unstable();
         for merged in vertex_map.chunk_by(|a, b| a.0 == b.0).filter(|merged| merged.len() > 1) {
             assert!(merged.iter().all(|&(_, v)| is_end(v)));
         }
-        // They are the cheapest ones, so all edges together come to the same.
+        // These are the cheapest edges, so a run with all edges gives the same result.
         let (anew, _) = collapse(&mesh, all - 2, None);
         let (first, _) = collapse(&mesh, all - 2, Some(&cheapest[..]));
         assert_eq!(first.topology().canonical_triangles(), anew.topology().canonical_triangles());

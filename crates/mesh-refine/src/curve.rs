@@ -4,18 +4,18 @@ use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh, VertexId};
 use mesh_metric::Surface;
 
-/// Some edges of a mesh, to be asked for closest points, and the corners where they meet.
+/// Some edges of a mesh, prepared for closest-point queries, and the corners where they meet.
 #[derive(Clone, Debug)]
 pub struct Curve {
-    /// Edges as triangles without area.
+    /// The edges, as triangles without area.
     edges: Surface,
     corners: Vec<DVec3>,
 }
 
-/// The cosine of the turn from which on a vertex of a line is a corner: 30 degrees.
+/// The cosine of 30 degrees: a vertex where a line turns by more is a corner.
 const CORNER: f64 = 0.866;
 
-/// The most points on one edge.
+/// The largest number of points on one edge.
 const MOST_POINTS: f64 = 1000.0;
 
 impl Curve {
@@ -50,7 +50,7 @@ impl Curve {
         Some(Self { edges, corners: Vec::new() })
     }
 
-    /// Where lines end, fork, or turn by more than 30 degrees.
+    /// Points where lines end, fork, or turn by more than 30 degrees.
     #[must_use]
     pub fn corners(&self) -> &[DVec3] {
         &self.corners
@@ -62,8 +62,7 @@ impl Curve {
         self.edges.closest(point).point
     }
 
-    /// The direction of the curve, with length one, at the point that is closest to `point`; zero
-    /// on an edge without length.
+    /// The unit direction of the curve at the point closest to `point`; zero on an edge without length.
     pub fn direction(&self, point: DVec3) -> DVec3 {
         let closest = self.edges.closest(point);
         let [a, b, _] = self.edges.triangle(closest.triangle as usize);
@@ -82,8 +81,7 @@ impl Curve {
         points
     }
 
-    /// For each point the closest edge, in the order in which they were given, and how far along
-    /// that edge it is, from 0 to 1.
+    /// For each point, the index of the closest edge, and the position along that edge, from 0 to 1.
     pub fn closest_edges(&self, points: &[DVec3]) -> Vec<(usize, f64)> {
         let closest = self.edges.closest_points(points).into_iter();
         closest
@@ -96,7 +94,7 @@ impl Curve {
             .collect()
     }
 
-    /// The largest distance of any of the points to the curve.
+    /// The largest distance from the points to the curve.
     #[must_use]
     pub fn farthest(&self, points: &[DVec3]) -> Option<f64> {
         self.edges.distances(points).into_iter().reduce(f64::max)

@@ -1,13 +1,14 @@
-//! How densely the faces of a mesh should lie, and in what shape.
+//! The density that the faces of a mesh should have, and their shape.
 //!
-//! Over a surface with the second fundamental form H, of Gaussian curvature K = det H, a face of area a
-//! has the integrated squared distance E ~ |K| a³ at best: it reaches that where it is equilateral in the
-//! metric |H|, which has the absolute values of the principal curvatures. Where K > 0 no other shape does.
-//! Where K < 0 a face needs no more than the sum of e·He over its sides e to vanish, and straight lines on
-//! the surface let it become as thin as one likes; among all these shapes |H| chooses round ones.
+//! Let a surface have the second fundamental form H and the Gaussian curvature K = det H. For a face of area a, the
+//! least possible integrated squared distance is E ~ |K| a³. It is reached by faces that are equilateral in the metric
+//! |H|, which has the absolute values of the principal curvatures. Where K > 0, no other shape reaches it. Where K < 0,
+//! it is enough that the sum of e·He over the sides e of a face vanishes. Straight lines on the surface then allow
+//! arbitrarily thin faces; of all these shapes, |H| selects round ones.
 //!
-//! A mesh with about the wanted number of faces tells H, as it is at that scale, and by E / a³ how many
-//! faces each part should have; see [`Power::faces_per_area`]. From there the distance itself leads on.
+//! H is measured on a mesh with about the wanted number of faces, so that it fits that scale. The ratio E / a³
+//! determines the number of faces for each part; see [`Power::faces_per_area`]. After that, the density follows the
+//! measured distances.
 
 use std::sync::Arc;
 
@@ -18,32 +19,32 @@ use mesh_metric::{Surface, SurfaceError, closest_on_triangle};
 use crate::fit::spread::area;
 use crate::norm::Power;
 
-/// The density that leads to as many faces per area as there should be, and the metric of their shapes.
+/// The density that leads to the wanted number of faces per area, and the metric of their shapes.
 ///
-/// Vertices that go to the mean of the centroids of their faces, weighted by area and by a density, end up
-/// denser where the density is larger; how much denser depends on how the surface bends and how the faces
-/// are stretched. So the density starts at the wanted number of faces per area, and follows the distance.
+/// Smoothing moves each vertex to the mean of the centroids of its faces, weighted by area and by a density. The result
+/// is denser where the density is larger. The factor depends on the curvature of the surface and on the stretch of the
+/// faces. So the density starts at the wanted number of faces per area, and is then adapted to the measured distances.
 #[derive(Clone)]
 pub(crate) struct Density {
     told: Arc<Told>,
-    /// For each face of the mesh that told it: the logarithm of what the wanted density is multiplied by.
+    /// For each face of the measured mesh, the logarithm of the factor on the wanted density.
     more: Vec<f64>,
 }
 
-/// What a mesh tells, the same however the density goes on from there.
+/// The measured part, which does not change when the density is adapted.
 struct Told {
     power: Power,
     mesh: TriMesh,
     surface: Surface,
-    /// For each face of the mesh: the density that is wanted at first, and the metric.
+    /// The initial density for each face of the mesh.
     wanted: Vec<f64>,
     metrics: Vec<DMat3>,
 }
 
-/// Points of a face at which it is measured: the centroids of the parts when its sides are cut in three.
+/// The number of sample points of a face: the centroids of the parts when each side is divided in three.
 pub(crate) const PLACES: usize = 9;
 
-/// These points.
+/// The sample points of a triangle.
 pub(crate) fn places([a, b, c]: [DVec3; 3]) -> [DVec3; PLACES] {
     const NINTHS: [[f64; 3]; PLACES] = [
         [7.0, 1.0, 1.0],
@@ -60,7 +61,7 @@ pub(crate) fn places([a, b, c]: [DVec3; 3]) -> [DVec3; PLACES] {
 }
 
 impl Density {
-    /// As a mesh tells it that has about the wanted number of faces.
+    /// Measures the density on a mesh with about the wanted number of faces.
     pub(crate) fn new(
         mesh: &TriMesh,
         original: &Surface,
@@ -82,7 +83,7 @@ impl Density {
         for (face, (sum, metric)) in faces.iter().zip(measured) {
             (sums[face.index()], metrics[face.index()]) = (sum, metric);
         }
-        // What a few faces have in common does not depend on their shapes so much.
+        // The mean over a few faces depends less on their shapes.
         gather(mesh, &mut sums);
         let wanted = sums.into_iter().map(|[squares, cubes]| power.faces_per_area(squares / cubes));
         let more = vec![0.0; topology.face_capacity()];
@@ -91,29 +92,28 @@ impl Density {
         Ok(Self { told, more })
     }
 
-    /// The faces closest to points that are neighbours among each other.
+    /// The faces closest to some points. Consecutive points should be close to each other.
     pub(crate) fn places(&self, points: &[DVec3]) -> impl Iterator<Item = FaceId> + '_ {
         self.told.surface.closest_to_neighbours(points).into_iter().map(|closest| closest.face)
     }
 
-    /// The density there.
+    /// The density at a face.
     pub(crate) fn at(&self, place: FaceId) -> f64 {
         self.told.wanted[place.index()] * self.more[place.index()].exp()
     }
 
-    /// The metric in which faces should be equilateral there, its trace 1 or a little more.
+    /// The metric in which faces should be equilateral at a face. Its trace is 1 or slightly more.
     pub(crate) fn metric(&self, place: FaceId) -> DMat3 {
         self.told.metrics[place.index()]
     }
 
-    /// How many faces there should be in place of one with an area and a mean squared distance, up to a
-    /// factor.
+    /// The number of faces, up to a factor, that should replace a face with this area and mean squared distance.
     pub(crate) fn faces_for(&self, area: f64, squared: f64) -> f64 {
         area * self.told.power.faces_per_area(squared / (area * area))
     }
 
-    /// Raises the density where there are fewer faces than there should be: `found` has places, and how
-    /// many there should be in place of one.
+    /// Raises the density where there are too few faces. `found` holds faces of the measured mesh, each with the number
+    /// of faces that should replace one face there.
     pub(crate) fn follow(&mut self, found: impl Iterator<Item = (FaceId, f64)>) {
         let mut sums = vec![[0.0; 2]; self.more.len()];
         let mut all = [0.0; 2];
@@ -130,11 +130,11 @@ impl Density {
     }
 }
 
-/// How fast the density follows, and how far.
+/// Speed and limit of the adaptation.
 const GAIN: f64 = 0.1;
 const MOST: f64 = 3.0;
 
-/// Gives each face the sums of those round about.
+/// Replaces the sums of each face by the sums over its neighbourhood.
 fn gather(mesh: &TriMesh, sums: &mut [[f64; 2]]) {
     let topology = mesh.topology();
     for _ in 0..ROUNDS {
@@ -151,19 +151,19 @@ fn gather(mesh: &TriMesh, sums: &mut [[f64; 2]]) {
     }
 }
 
-/// How far faces go together.
+/// The number of rings in this neighbourhood.
 const ROUNDS: usize = 1;
 
 fn add(terms: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
     terms.fold([0.0; 2], |[p, q], [r, s]| [p + r, q + s])
 }
 
-/// The second derivatives of the height of a surface over a triangle, of which the [`places`] have these
-/// feet; `None` over a triangle without area.
+/// The second derivatives of the height of a surface over a triangle; `feet` are the closest points of the surface to
+/// the [`places`] of the triangle. `None` for a triangle without area.
 ///
-/// Three of the places each lie on a line along a side, a third of its length apart: their second
-/// difference is a ninth of q = e·He along that side e. With the gradients g of the barycentric
-/// coordinates, `H = -½ Σ q_i (g_j g_kᵀ + g_k g_jᵀ)`.
+/// For each side e, three of the places lie on a line parallel to it, a third of its length apart. Their second
+/// difference is a ninth of q = e·He. With the gradients g of the barycentric coordinates, `H = -½ Σ q_i (g_j g_kᵀ +
+/// g_k g_jᵀ)`.
 fn second_form([a, b, c]: [DVec3; 3], feet: impl Iterator<Item = DVec3>) -> Option<SecondForm> {
     let cross = (b - a).cross(c - a);
     let normal = cross.try_normalize()?;
@@ -184,8 +184,8 @@ struct SecondForm {
     tangential: DMat3,
 }
 
-/// |H|, scaled to the trace 1, and a little rounder: where K changes its sign, it alone would want faces
-/// that are longer than what it was measured on.
+/// |H|, scaled to trace 1, plus a small isotropic part. Where K changes its sign, |H| alone would ask for faces that
+/// are longer than the faces it was measured on.
 fn metric(form: Option<SecondForm>) -> DMat3 {
     let Some(SecondForm { derivatives, tangential }) = form else { return DMat3::ZERO };
     let trace = |m: DMat3| m.x_axis.x + m.y_axis.y + m.z_axis.z;
@@ -197,7 +197,7 @@ fn metric(form: Option<SecondForm>) -> DMat3 {
     if absolute.is_finite() { absolute + ROUNDER * tangential } else { tangential }
 }
 
-/// The part of the metric that is the same in all directions.
+/// The isotropic part of the metric.
 const ROUNDER: f64 = 0.05;
 
 /// The matrix a bᵀ.
@@ -210,7 +210,7 @@ mod tests {
     use super::{ROUNDER, metric, places, second_form};
     use glam::{DMat3, DVec3};
 
-    /// On a saddle the metric has the absolute values of the principal curvatures, whatever the triangle.
+    /// On a saddle the metric has the absolute values of the principal curvatures, for any triangle.
     #[test]
     fn the_metric_is_the_absolute_value_of_the_second_derivatives() {
         let curvatures = DVec3::new(3.0, -1.0, 0.0);
@@ -225,11 +225,11 @@ mod tests {
         assert!((derivatives - DMat3::from_diagonal(curvatures)).abs_diff_eq(DMat3::ZERO, 1e-12));
         let expected = DVec3::new(0.75 + ROUNDER, 0.25 + ROUNDER, 0.0);
         assert!(metric(form).abs_diff_eq(DMat3::from_diagonal(expected), 1e-12));
-        // And it turns with the saddle.
+        // The metric rotates with the saddle.
         let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(0.4);
         let turned = turn * DMat3::from_diagonal(expected) * turn.transpose();
         assert!(metric(on_saddle(turn)).abs_diff_eq(turned, 1e-12));
-        // Without curvature all directions are alike, and without area there are none.
+        // Without curvature the metric is isotropic; a triangle without area has no metric.
         let flat = metric(second_form(triangle, places(triangle).into_iter()));
         assert!(flat.abs_diff_eq(DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0)), 1e-12));
         assert!(second_form([DVec3::X; 3], places([DVec3::X; 3]).into_iter()).is_none());

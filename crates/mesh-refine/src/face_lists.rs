@@ -1,8 +1,8 @@
-//! Numbers that belong to faces, in linked lists: moving one to another face takes no memory.
+//! Lists of numbers that belong to faces, as linked lists: moving a number to another face allocates no memory.
 
 use mesh_core::FaceId;
 
-/// For each face a list of numbers, each number in at most one of them.
+/// A list of numbers for each face. Each number is in at most one list.
 pub struct FaceLists {
     first: Vec<u32>,
     following: Vec<u32>,
@@ -11,7 +11,7 @@ pub struct FaceLists {
 const NONE: u32 = u32::MAX;
 
 impl FaceLists {
-    /// Empty lists for this many faces, with room for this many numbers.
+    /// Empty lists for this many faces, with capacity for this many numbers.
     pub fn new(faces: usize, numbers: usize) -> Self {
         Self { first: vec![NONE; faces], following: Vec::with_capacity(numbers) }
     }
@@ -31,7 +31,7 @@ impl FaceLists {
         self.first[face.index()] = NONE;
     }
 
-    /// Empties all lists, and keeps their room.
+    /// Empties all lists, and keeps their memory.
     pub fn clear_all(&mut self) {
         self.first.fill(NONE);
         self.following.clear();

@@ -1,17 +1,16 @@
 //! A layout from coarse to fine.
 //!
-//! Annealing takes longest where faces are many: dislocations have to find each other. But a mesh
-//! whose faces are cut in four at the middles of their sides has new vertices of valence 6 only, and the
-//! same shapes and proportions of sizes as before. So a mesh with a fourth, a sixteenth, ... of the faces
-//! is annealed, which takes next to no time; cut in four; and annealed again with less heat, until it
-//! has as many faces as the one that was given. What is left to be healed at each stage are the few
-//! vertices that are of another valence in the coarsest mesh.
+//! Annealing takes longest with many faces, because dislocations must find each other. If each face of a mesh is cut in
+//! four at the midpoints of its sides, all new vertices have valence 6, and shapes and size ratios stay the same. So a
+//! mesh with a quarter, a sixteenth, ... of the faces is annealed, which takes little time; its faces are cut in four;
+//! and it is annealed again with smaller jumps, until it has as many faces as the input. At each stage, only the few
+//! vertices with another valence in the coarsest mesh remain to be healed.
 //!
-//! How many those are, and where, is a matter of luck, and the coarsest mesh costs least: so several are
-//! begun, and only the closest of them are carried on to the next stage.
+//! Their number and positions depend on chance, and the coarsest mesh is the cheapest. So several layouts are started,
+//! and only the closest ones continue to the next stage.
 //!
-//! That is for surfaces that are smooth at the scale of the faces. Where they are not, the coarse mesh
-//! knows nothing of what the fine one should show, and what comes out is worse and not kept.
+//! This is meant for surfaces that are smooth at the scale of the faces. On other surfaces, the coarse mesh cannot
+//! represent the details, and the result is worse and is not kept.
 
 use core::ops::{ControlFlow, Range};
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -31,24 +30,24 @@ use crate::observer::Observer;
 use crate::vertex_relocation::{Cooling, anneal_layout};
 use mesh_collapse::{Boundary, Phase, Progress};
 
-/// Which layouts to begin, and how.
+/// The layouts to start, and their options.
 pub(crate) struct CoarseStarts<'a> {
-    /// Each of them with jumps of its own; the first one with those of the seed itself.
+    /// The numbers of the layouts. Each has its own random jumps; number 0 uses the seed itself.
     pub(crate) starts: Range<usize>,
     pub(crate) schedule: &'a Cooling,
-    /// Where each of them starts from.
+    /// The density that each layout starts with.
     pub(crate) density: &'a Density,
     pub(crate) fit: &'a FitOptions,
-    /// Points of the original, and the power of the distances from them that is to be small.
+    /// Points of the original, at which layouts are compared.
     pub(crate) points: &'a [DVec3],
     pub(crate) power: Power,
 }
 
-/// A mesh that was laid out anew, with as many faces or fewer, to be fitted.
+/// A mesh with a new layout and at most the number of faces of the input. It still has to be fitted.
 pub(crate) struct Multiresolution {
     pub(crate) mesh: TriMesh,
     pub(crate) constraints: FitConstraints,
-    /// How many sweeps were made, all beginnings together.
+    /// Number of sweeps of all layouts.
     pub(crate) sweeps: usize,
 }
 
@@ -59,18 +58,18 @@ struct Trial {
     seed: u64,
 }
 
-/// The fewest faces to begin with.
+/// The smallest number of faces to start with.
 const LEAST_FACES: usize = 100;
-/// The jumps and sweeps of each stage after the first one, relative to those of the first one.
+/// The factor on the jumps after the first stage, and the divisor of the number of sweeps.
 const COOLER: f64 = 0.25;
 const SHORTER: usize = 4;
-/// How many rounds of fitting there are after each stage.
+/// The number of rounds of fitting after each stage.
 const ROUNDS: usize = 3;
-/// Of so many layouts one goes on to the next stage.
+/// One in this many layouts continues to the next stage.
 const ONE_OF: usize = 4;
 
-/// Lays out a mesh anew, the best of several beginnings. `None` when there are too few faces, or something
-/// holds its vertices: features, locks, or a boundary without a curve to follow.
+/// Lays out a mesh again, and returns the best of several layouts. `None` if there are too few faces, if its vertices
+/// are held by features, locks or a boundary without a curve, or if the run was stopped.
 pub(crate) fn lay_out_nested(
     mesh: &TriMesh,
     original: &Surface,
@@ -90,7 +89,7 @@ pub(crate) fn lay_out_nested(
         locked: &[],
         boundary: Boundary::Quadrics,
         forbid_intersections: schedule.forbid_intersections,
-        // No component is lost.
+        // Every component keeps enough vertices to survive.
         min_component_vertices: Some(4),
         first: None,
     };
@@ -100,7 +99,7 @@ pub(crate) fn lay_out_nested(
         return Ok(None);
     }
     let trial = |start: usize| {
-        // Far from the seeds next to this one, which users take in turn.
+        // Far from nearby seeds, since users often take consecutive seeds.
         let seed = schedule.seed.wrapping_add((start as u64) << 32);
         Trial { mesh: mesh.clone(), density: density.clone(), seed }
     };
@@ -139,7 +138,7 @@ pub(crate) fn lay_out_nested(
     Ok(trials.pop().map(|Trial { mesh, .. }| Multiresolution { mesh, constraints, sweeps }))
 }
 
-/// What is done with each layout at a stage.
+/// The work on each layout at a stage.
 struct Step<'a> {
     original: &'a Surface,
     constraints: &'a FitConstraints,
@@ -149,8 +148,8 @@ struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// Takes the step with some layouts at the same time. The observer is asked by the first one, as it
-    /// stays on this thread. Says how many sweeps were made.
+    /// Takes the step for some layouts in parallel. Only the first layout calls the observer, since it stays on this
+    /// thread. Returns the number of sweeps.
     fn take_all(
         &self,
         trials: &mut [Trial],
@@ -189,7 +188,7 @@ impl Step<'_> {
     }
 }
 
-/// So many of the layouts: those whose powers of distances from the points have the least sums.
+/// The `count` layouts with the smallest sums of powers of distances from the points.
 fn closest(
     trials: Vec<Trial>,
     count: usize,
@@ -206,7 +205,7 @@ fn closest(
     Ok(ranked.into_iter().take(count).map(|(_, trial)| trial).collect())
 }
 
-/// For each vertex of a mesh the closest one of another, on the same side of the surface.
+/// For each vertex of a mesh, the closest vertex of another mesh on the same side of the surface.
 pub(crate) fn counterparts(
     mesh: &TriMesh,
     other: &TriMesh,
@@ -228,12 +227,12 @@ pub(crate) fn counterparts(
     Ok(map)
 }
 
-/// How often a mesh can be cut in four.
+/// The number of times that a mesh can be cut in four.
 fn stages(faces: usize) -> u32 {
     (faces / LEAST_FACES).checked_ilog(4).unwrap_or(0)
 }
 
-/// How many faces there are before a mesh is cut in four so many times, to have so many in the end.
+/// The number of faces at a stage, such that `stage` cuts in four lead to `faces`.
 fn faces_at(stage: u32, faces: usize) -> usize {
     faces >> (2 * stage)
 }
@@ -246,8 +245,8 @@ fn is_held(mesh: &TriMesh, constraints: &FitConstraints) -> bool {
         || (boundary_curve.is_none() && is_open())
 }
 
-/// Cuts each face in four at the middles of its sides; the surface stays the same. Says whether there
-/// was room.
+/// Cuts each face in four at the midpoints of its sides; the surface stays the same. Returns whether all elements could
+/// be numbered.
 fn quadruple(mesh: &mut TriMesh) -> bool {
     let old = mesh.topology().vertex_capacity();
     let edges: Vec<EdgeId> = mesh.topology().edges().collect();
@@ -257,7 +256,7 @@ fn quadruple(mesh: &mut TriMesh) -> bool {
         let Ok(split) = mesh.topology().check_split_edge(edge) else { return false };
         spokes.extend(mesh.split_edge(split, a + 0.5 * (b - a)).spokes.into_iter().flatten());
     }
-    // Of the three edges inside a face, the first one joins a middle to the corner opposite.
+    // The first of the three edges inside a face joins a midpoint to the opposite corner.
     for spoke in spokes {
         let ends = mesh.topology().edge_vertices(spoke);
         if ends.iter().any(|v| v.index() < old)
@@ -269,7 +268,7 @@ fn quadruple(mesh: &mut TriMesh) -> bool {
     true
 }
 
-/// Cuts the longest sides of the largest faces until there are so many faces, or one fewer.
+/// Cuts the longest sides of the largest faces until there are `faces` faces, or one fewer.
 fn top_up(mesh: &mut TriMesh, faces: usize) {
     let missing = faces.saturating_sub(mesh.topology().face_count()) / 2;
     let mut ranked: Vec<(f64, FaceId)> =

@@ -1,23 +1,23 @@
-//! What the finishing makes small: the mean, the root mean square, or the largest distance.
+//! The norm that refinement minimises: the mean, the root mean square, or the largest distance.
 
-/// What the finishing makes small of the distances between the mesh and the original.
+/// The norm of the distances between mesh and original that refinement minimises.
 ///
-/// All three are found by weighted least squares: a pair of points at the distance d counts
-/// `(d / s)^(p - 2)`, where p belongs to the norm and s is the mean of order p of all distances, and the
-/// weights are made anew in each round (iteratively reweighted least squares, Lawson 1961). Weights
-/// have bounds, so that single pairs do not make the equations singular.
+/// All three use weighted least squares. A pair of points at the distance d has the weight `(d / s)^(p - 2)`, where p
+/// depends on the norm and s is the mean of order p of all distances. The weights are computed again in each round
+/// (iteratively reweighted least squares, Lawson 1961). They are bounded, so that single pairs do not make the
+/// equations singular.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum FitNorm {
-    /// The mean distance, p = 1, after a first round with p = 2: some percent less mean, for a little more
-    /// root mean square and largest distance.
+    /// The mean distance, p = 1, after a first round with p = 2. The mean is a few percent lower, and the root mean
+    /// square and the largest distance are slightly higher.
     L1,
-    /// The root mean square distance, p = 2: all pairs count the same.
+    /// The root mean square distance, p = 2: all pairs have the same weight.
     #[default]
     L2,
-    /// The largest distance: p is 2 in the first round and grows to 8, and steps get shorter as the
-    /// equations get less linear. The mean rises.
+    /// The largest distance: p is 2 in the first round and grows to 8. Steps become shorter as the equations become
+    /// less linear. The mean rises.
     Max,
 }
 
@@ -35,7 +35,7 @@ impl FitNorm {
         }
     }
 
-    /// The mean that is made small in a round.
+    /// The mean that a round minimises.
     pub(crate) fn power(self, round: usize) -> Power {
         match self {
             Self::L1 => Power(if round == 0 { 2 } else { 1 }),
@@ -44,13 +44,13 @@ impl FitNorm {
         }
     }
 
-    /// The mean that tells which of two meshes is better.
+    /// The mean that decides which of two meshes is better.
     pub(crate) fn last_power(self) -> Power {
         self.power(LARGEST as usize)
     }
 }
 
-/// The order of the mean that stands for the largest distance.
+/// The order of the mean that approximates the largest distance.
 const LARGEST: u32 = 8;
 
 /// The order of a mean of distances: 1, or even.
@@ -58,10 +58,10 @@ const LARGEST: u32 = 8;
 pub(crate) struct Power(u32);
 
 impl Power {
-    /// That of the root mean square.
+    /// The order of the root mean square.
     pub(crate) const SQUARE: Self = Self(2);
 
-    /// What a distance adds to the sum, by its square.
+    /// The term of a distance in the sum, from its square.
     #[inline]
     pub(crate) fn of(self, squared: f64) -> f64 {
         match self.0 {
@@ -77,12 +77,12 @@ impl Power {
         if largest == 0.0 {
             return 0.0;
         }
-        // Relative to the largest, so that no power is out of range.
+        // Relative to the largest square, so that no power overflows.
         let sum: f64 = squares.iter().map(|squared| self.of(squared / largest)).sum();
         largest * (sum / squares.len() as f64).powf(2.0 / f64::from(self.0))
     }
 
-    /// How much a pair at a distance counts whose square is so many times that of the mean distance.
+    /// The weight of a pair whose squared distance is `ratio` times the square of the mean distance.
     #[inline]
     pub(crate) fn weight(self, ratio: f64) -> f64 {
         match self.0 {
@@ -92,27 +92,26 @@ impl Power {
         }
     }
 
-    /// The part of a step of the weighted equations that is taken: Newton's method would take
-    /// 1 / (p - 1), but far from the minimum that is little.
+    /// The fraction of a step of the weighted equations that is taken. Newton's method would use 1 / (p - 1), which is
+    /// too little far from the minimum.
     pub(crate) fn part_of_step(self) -> f64 {
         (2.0 / f64::from(self.0)).min(1.0)
     }
 
-    /// How many faces per area make the mean of this order least, up to a factor:
-    /// |K|^(p / (2 p + 2)). |K| is given as E / a³, for faces with the area a and the integrated squared
-    /// distance E.
+    /// The number of faces per area that minimises the mean of this order, up to a factor: |K|^(p / (2 p + 2)). |K| is
+    /// given as E / a³, for faces with the area a and the integrated squared distance E.
     pub(crate) fn faces_per_area(self, curvature: f64) -> f64 {
         match self.0 {
             _ if !(curvature > 0.0 && curvature.is_finite()) => 0.0,
             1 => curvature.powf(0.25),
             2 => curvature.cbrt(),
-            // As where p is infinite.
+            // As for infinite p.
             _ => curvature.sqrt(),
         }
     }
 }
 
-/// The bounds of weights.
+/// Bounds of the weights.
 const LEAST: f64 = 0.01;
 const MOST: f64 = 10.0;
 const MOST_L1: f64 = 4.0;
@@ -138,11 +137,11 @@ mod tests {
         let sum: f64 = [1_f64, 2.0, 4.0].iter().map(|d| d.powi(8)).sum();
         assert!((of(FitNorm::Max) - (sum / 3.0).powf(0.125)).abs() < 1e-12);
         assert_eq!(Power::SQUARE.mean(&[]), 0.0);
-        // Squares whose fourth power is out of range.
+        // Squares whose fourth power overflows.
         assert!((FitNorm::Max.last_power().mean(&[1e200]) / 1e200 - 1.0).abs() < 1e-12);
     }
 
-    /// The gradient of the weighted sum of squares is that of the sum of powers, up to a factor.
+    /// The gradient of the weighted sum of squares is the gradient of the sum of powers, up to a factor.
     #[test]
     fn weights_are_those_of_least_squares() {
         for norm in [FitNorm::L1, FitNorm::L2, FitNorm::Max] {
@@ -154,7 +153,7 @@ mod tests {
         }
     }
 
-    /// Where the sum of |K| a³ is least for the number of faces, all of them have the same.
+    /// If the sum of |K| a³ is least for a number of faces, all faces have the same term.
     #[test]
     fn faces_of_least_squares_have_the_same_error() {
         let error = |curvature: f64| {

@@ -1,4 +1,4 @@
-//! Who is told how far the work has come, and may stop it.
+//! Observers, which see the progress of a run and may stop it.
 
 use core::ops::ControlFlow;
 
@@ -6,26 +6,26 @@ use mesh_core::TriMesh;
 
 use mesh_collapse::{Phase, Progress};
 
-/// What sees [`Progress`].
+/// A function that sees [`Progress`] and may stop the run.
 pub type Observe<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + 'a;
 
-/// An observer of all phases. Once it has said to stop, it is not asked again.
+/// An observer of all phases. After it has stopped the run, it is not called again.
 pub struct Observer<'a> {
     observe: Option<&'a mut Observe<'a>>,
-    /// What was last said.
+    /// The last progress that was reported.
     now: Progress,
     is_stopped: bool,
 }
 
 impl<'a> Observer<'a> {
-    /// For a simplification of so many faces to so many.
+    /// The observer of a simplification from `faces_before` to `face_target` faces.
     pub fn new(faces_before: usize, face_target: usize, observe: &'a mut Observe<'a>) -> Self {
         let phase = Phase::Collapse;
         let now = Progress { phase, faces_before, faces: faces_before, face_target, collapses: 0 };
         Self { observe: Some(observe), now, is_stopped: false }
     }
 
-    /// Nobody.
+    /// No observer.
     pub fn none() -> Self {
         let now = Progress {
             phase: Phase::Collapse,
@@ -37,7 +37,7 @@ impl<'a> Observer<'a> {
         Self { observe: None, now, is_stopped: false }
     }
 
-    /// Passes on what a run of collapses says.
+    /// Passes on the progress of a run of collapses.
     pub fn observe(&mut self, now: &Progress) -> ControlFlow<()> {
         self.now = *now;
         if let Some(observe) = &mut self.observe
@@ -48,19 +48,19 @@ impl<'a> Observer<'a> {
         if self.is_stopped { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// The same for a run that is part of another phase.
+    /// Passes on the progress of a run that is part of another phase.
     pub fn observe_in(&mut self, phase: Phase, now: &Progress) -> ControlFlow<()> {
         let faces = now.faces;
         self.observe(&Progress { phase, faces, ..self.now })
     }
 
-    /// Says what is done now, and with which mesh; whether that is to stop.
+    /// Reports the current phase and mesh, and returns whether the run is to stop.
     pub fn stops(&mut self, phase: Phase, mesh: &TriMesh) -> bool {
         let faces = mesh.topology().face_count();
         self.observe(&Progress { phase, faces, ..self.now }).is_break()
     }
 
-    /// Whether it has said to stop.
+    /// Whether the observer has stopped the run.
     pub fn is_stopped(&self) -> bool {
         self.is_stopped
     }

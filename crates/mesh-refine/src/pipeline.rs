@@ -1,4 +1,4 @@
-//! Fitting, annealing and taking down largest errors, one after the other.
+//! The sequence of fitting, annealing and reduction of the largest errors.
 
 use std::sync::Arc;
 
@@ -15,11 +15,11 @@ use crate::observer::Observer;
 use crate::texture_fit::{Texture, TextureCheck, fit_unfolded};
 use mesh_collapse::{Boundary, Level, Protect, Protected};
 
-/// A level and what was done with it since.
+/// A level and the refinement that it has had.
 pub struct Refined {
-    /// The mesh as it is now.
+    /// The current mesh.
     pub mesh: TriMesh,
-    /// For each vertex of the level, the one that it has become; `None` when they are the same.
+    /// For each vertex of the level, the vertex of the current mesh; `None` if they are the same.
     pub vertex_map: Option<VertexMap<Option<VertexId>>>,
     /// Report of the fit, if it ran.
     pub fit: Option<FitReport>,
@@ -27,17 +27,17 @@ pub struct Refined {
     pub anneal: Option<AnnealReport>,
     /// Report of the reduction of the largest error, if it ran and was kept.
     pub max_error: Option<MaxErrorReport>,
-    /// What holds for the mesh as it is now.
+    /// Constraints of the current mesh.
     pub constraints: FitConstraints,
 }
 
 impl Refined {
-    /// A mesh with which nothing was done yet.
+    /// A mesh without refinement.
     pub fn untouched(mesh: TriMesh, constraints: FitConstraints) -> Self {
         Self { mesh, vertex_map: None, fit: None, anneal: None, max_error: None, constraints }
     }
 
-    /// Goes on to the next mesh, unless more faces turn over in the texture there.
+    /// Replaces the mesh by the next one, unless more faces are folded in the texture there.
     fn take_unfolded(
         &mut self,
         next: TriMesh,
@@ -56,7 +56,7 @@ impl Refined {
         true
     }
 
-    /// Follows the vertices to what they have become in the next mesh.
+    /// Updates the vertex map for the next mesh.
     pub fn follow(&mut self, then: &VertexMap<Option<VertexId>>) {
         match &mut self.vertex_map {
             None => self.vertex_map = Some(then.clone()),
@@ -67,7 +67,7 @@ impl Refined {
     }
 }
 
-/// What is done with a level.
+/// The stages of refinement.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Steps {
     /// How to fit; `None` to skip the fit.
@@ -78,7 +78,7 @@ pub struct Steps {
     pub max_error: Option<MaxErrorOptions>,
 }
 
-/// How levels of a mesh are finished.
+/// The refinement of levels of a mesh.
 pub struct Pipeline<'a> {
     original: &'a Surface,
     /// The boundary and the feature lines of the original.
@@ -88,7 +88,7 @@ pub struct Pipeline<'a> {
 }
 
 impl<'a> Pipeline<'a> {
-    /// For a mesh and its surface. With a texture, no step makes more faces turn over there.
+    /// For a mesh and its surface. With a texture, no step may fold more faces over in it.
     pub fn new(
         mesh: &TriMesh,
         original: &'a Surface,
@@ -107,14 +107,14 @@ impl<'a> Pipeline<'a> {
         Self { original, curves, steps, texture }
     }
 
-    /// A level as it is, and what the vertices of the original are in it.
+    /// A level without refinement, and the vertex of the level for each vertex of the original.
     pub fn leave(&self, level: Level) -> (Refined, VertexMap<Option<VertexId>>) {
         let constraints = self.constraints(level.protected);
         (Refined::untouched(level.mesh, constraints), level.vertex_map)
     }
 
-    /// Fits, anneals and takes down largest errors, as far as that is wanted and the observer lets it. Also tells
-    /// what the vertices of the original are in the level.
+    /// Fits, anneals and reduces the largest errors, if these stages are enabled and the observer does not stop them.
+    /// Also returns the vertex of the level for each vertex of the original.
     pub fn finish(
         &self,
         level: Level,
@@ -166,7 +166,7 @@ impl<'a> Pipeline<'a> {
                     done.max_error = Some(report);
                 }
             } else {
-                // There is nothing to go back for.
+                // No earlier mesh needs to be kept.
                 let mesh = &mut done.mesh;
                 let report =
                     reduce_max_error_observed(mesh, original, &mut constraints, options, observer)?;

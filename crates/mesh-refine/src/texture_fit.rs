@@ -1,7 +1,6 @@
 //! Fitting without folds in the texture.
 //!
-//! A fit knows nothing of texture coordinates. Where faces turn over in the texture because of it,
-//! it is undone there.
+//! A fit does not consider texture coordinates. If it folds faces over in the texture, it is undone at these faces.
 
 use mesh_core::{EdgeId, EdgeMap, FaceId, TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
@@ -13,7 +12,7 @@ use crate::fit::constraints::FitConstraints;
 use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::observer::Observer;
 
-/// How often folds are looked for and undone before a fit is given up.
+/// The number of times that folds are searched and undone before the fit is given up.
 const ROUNDS: usize = 20;
 
 /// The texture of the original.
@@ -27,24 +26,24 @@ pub struct Texture<'a> {
 }
 
 impl<'a> Texture<'a> {
-    /// What tells whether a mesh folds over that the vertices of the original have become.
+    /// The test for folds of a mesh; `vertex_map` maps vertices of the original to its vertices.
     pub fn check(&self, vertex_map: &'a VertexMap<Option<VertexId>>) -> TextureCheck<'a> {
         let Self { original, attributes, seams } = *self;
         TextureCheck { original, attributes, seams, vertex_map }
     }
 }
 
-/// What tells whether a mesh folds over in the texture of the original.
+/// The test whether a mesh folds over in the texture of the original.
 pub struct TextureCheck<'a> {
     pub original: &'a TriMesh,
     pub attributes: &'a CornerAttributes,
     pub seams: &'a EdgeMap<bool>,
-    /// What the vertices of the original are in the mesh to be fitted.
+    /// The vertex of the mesh for each vertex of the original.
     pub vertex_map: &'a VertexMap<Option<VertexId>>,
 }
 
 impl TextureCheck<'_> {
-    /// How many faces are folded in a mesh whose vertices come from those of the first by a map.
+    /// The number of folded faces of a mesh; `then` maps the vertices of the first mesh to its vertices.
     pub fn folded_after(
         &self,
         mesh: &TriMesh,
@@ -57,7 +56,7 @@ impl TextureCheck<'_> {
         TextureCheck { vertex_map: &vertex_map, ..*self }.folded(mesh).len()
     }
 
-    /// The faces that lie the other way round in the texture than where they come from.
+    /// The faces whose orientation in the texture differs from the orientation at their source.
     pub fn folded(&self, mesh: &TriMesh) -> Vec<FaceId> {
         let sources = corner_sources(self.original, self.seams, mesh, self.vertex_map);
         let from = self.original.topology();
@@ -75,7 +74,7 @@ impl TextureCheck<'_> {
     }
 }
 
-/// As [`fit`], so that no face turns over in the texture that did not before.
+/// [`fit`], with the condition that no face folds over in the texture that did not before.
 pub(crate) fn fit_unfolded(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -86,7 +85,7 @@ pub(crate) fn fit_unfolded(
 ) -> Result<FitReport, RefineError> {
     let start = mesh.clone();
     let before = check.folded(&start);
-    // Without flips every fold goes away when vertices go back.
+    // Without flips, every fold can be undone by moving vertices back.
     for flips in [options.flips, false] {
         let options = FitOptions { flips, ..*options };
         let report = fit_observed(mesh, original, constraints, &options, observer)?;
@@ -105,8 +104,8 @@ pub(crate) fn fit_unfolded(
     Ok(FitReport::default())
 }
 
-/// Puts the vertices of faces back to where they were; where they are there already, turns the edges
-/// at them back. Returns whether anything has changed.
+/// Moves the vertices of faces back to their old positions. If they are there already, flips the edges at them back.
+/// Returns whether anything has changed.
 fn undo(mesh: &mut TriMesh, start: &TriMesh, faces: &[FaceId]) -> bool {
     let mut changed = false;
     for &face in faces {
@@ -125,7 +124,7 @@ fn undo(mesh: &mut TriMesh, start: &TriMesh, faces: &[FaceId]) -> bool {
     changed
 }
 
-/// Flips an edge if that makes it the one that it was.
+/// Flips an edge if that restores the old edge.
 fn turn_back(mesh: &mut TriMesh, start: &TriMesh, edge: EdgeId) -> bool {
     let mut after = edge.half_edges().map(|side| mesh.topology().apex(side));
     let mut before = start.topology().edge_vertices(edge).map(Some);

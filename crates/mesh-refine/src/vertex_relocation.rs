@@ -1,22 +1,21 @@
-//! Annealing of where the vertices are and how they are joined, by what the distance itself says.
+//! Annealing of vertex positions and connectivity, guided by measured distances.
 //!
-//! A sweep makes every vertex jump at random, by less and less; flips every edge where that brings the
-//! mesh closer to samples of the original; and then smooths: a vertex goes to
+//! A sweep has three parts. Every vertex makes a random jump; the jumps become smaller with time. Every edge is flipped
+//! if that brings the mesh closer to samples of the original. Then smoothing moves each vertex to
 //!
 //! ```text
 //! x = Σ ρ a c / Σ ρ a
 //! ```
 //!
-//! over the areas a and the centroids c of its faces, with a [density](crate::density) ρ, and from
-//! there to the original. The formula is close to that of optimal Delaunay triangulations (Chen and
-//! Holst 2011) and does not change under affine maps, nor do flips by distance: so faces get the shape
-//! that the curvature wants, not an equilateral one.
+//! over the areas a and the centroids c of its faces, with a [density](crate::density) ρ, and from there to the closest
+//! point of the original. The formula is similar to that of optimal Delaunay triangulations (Chen and Holst 2011). Both
+//! it and flips by distance are invariant under affine maps, so the faces get the shape that the curvature requires,
+//! not an equilateral one.
 //!
-//! All of this holds where K > 0. On a saddle straight lines lie on the surface, and any thin triangle
-//! along them is as good as a around one, to first order. So at faces with the original on both sides
-//! edges are flipped by the metric of the [density](crate::density) instead, in which the best of
-//! these shapes are equilateral as well. That is for smooth surfaces; on others such faces are as likely
-//! to be at a detail, and are left to the fit.
+//! This holds where K > 0. A saddle contains straight lines, and to first order a thin triangle along them is as good
+//! as a round one. So edges of faces with the original on both sides are flipped by the metric of the
+//! [density](crate::density), in which the best shapes are equilateral as well. This applies to smooth surfaces only.
+//! On others, such faces are often at a detail, and are left to the fit.
 
 use std::time::Instant;
 
@@ -34,43 +33,43 @@ use crate::fit::spread::area;
 use crate::observer::Observer;
 use mesh_collapse::{ChangedFace, NewIntersections, Phase};
 
-/// How to anneal a layout.
+/// Options of the annealing of a layout.
 #[derive(Clone, Copy)]
 pub(crate) struct Cooling {
     pub(crate) sweeps: usize,
-    /// How far vertices jump at first, in mean lengths of their edges.
+    /// Length of the first jumps of vertices, relative to the mean length of their edges.
     pub(crate) jump: f64,
     pub(crate) seed: u64,
     pub(crate) forbid_intersections: bool,
     pub(crate) deadline: Option<Instant>,
-    /// Whether the surface is taken to be smooth, and faces with the original on both sides are laid out
-    /// as well.
+    /// Whether the surface is assumed to be smooth, so that faces with the original on both sides take part in the
+    /// layout.
     pub(crate) is_smooth: bool,
 }
 
 impl Cooling {
-    /// Whether the time is up.
+    /// Whether the time limit has passed.
     pub(crate) fn is_over(&self) -> bool {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }
 
-/// The part of the sweeps in which vertices jump; smoothing alone comes after it.
+/// The fraction of the sweeps with jumps; the rest only smooth.
 const WARM: f64 = 0.8;
-/// How much of the sum of the distances has to be on one side of a face for it to be domed.
+/// The share of the summed distances that must lie on one side of a face for the face to count as domed.
 const DOMED: f64 = 0.8;
-/// How much round triangles are preferred, relative to close ones: a little, so that those at places
-/// without curvature keep a shape.
+/// The weight of round triangles relative to close ones. It is small, and keeps the shape of triangles where there is
+/// no curvature.
 const ROUNDNESS: f64 = 0.1;
-/// What a flip leaves of the error at most.
+/// A flip must reduce the error below this factor.
 const NOTICEABLE: f64 = 1.0 - 1e-9;
-/// How often smoothing is repeated in a sweep.
+/// The number of smoothing steps per sweep.
 const SMOOTHINGS: usize = 2;
-/// How often all edges are tried after that.
+/// The number of passes of flips over all edges in each.
 const FLIP_PASSES: usize = 2;
 
-/// Anneals until the schedule, the time or the observer ends it. Says how many sweeps were made. The
-/// vertices are on the original then: the mesh is to be fitted.
+/// Anneals until the schedule, the time limit or the observer ends it. Returns the number of sweeps. The vertices then
+/// lie on the original, so the mesh still has to be fitted.
 pub(crate) fn anneal_layout(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -85,7 +84,7 @@ pub(crate) fn anneal_layout(
     layout.draw();
     let mut made = 0;
     while made < schedule.sweeps && !observer.stops(Phase::Anneal, layout.mesh) {
-        // With a time limit, the jumps get smaller in the time that there is.
+        // With a time limit, the jumps shrink over the available time.
         let by_time = schedule.deadline.map_or(0.0, |deadline| {
             let all = deadline.saturating_duration_since(start).as_secs_f64();
             start.elapsed().as_secs_f64() / all.max(f64::MIN_POSITIVE)
@@ -110,7 +109,7 @@ pub(crate) fn anneal_layout(
     made
 }
 
-/// Whether nothing holds a vertex: no boundary, no feature, no lock.
+/// Whether a vertex is free: not at the boundary, on a feature, or locked.
 fn is_movable(mesh: &TriMesh, constraints: &FitConstraints, v: VertexId) -> bool {
     let topology = mesh.topology();
     let fixed = constraints.fixed.as_ref().and_then(|map| map.get(v)) == Some(&true);
@@ -130,23 +129,22 @@ struct Layout<'a> {
     density: &'a mut Density,
     /// The mean density of each face.
     densities: Vec<f64>,
-    /// Points of the original: the feet of points spread evenly over each face.
+    /// Points of the original: the closest points to samples spread evenly over each face.
     points: Vec<DVec3>,
-    /// The area that each of them stands for.
+    /// The area that each point represents.
     shares: Vec<f64>,
-    /// The squared distance of each from its face.
+    /// The squared distance of each point from its face.
     squares: Vec<f64>,
     /// The samples of each face.
     lists: FaceLists,
-    /// The faces that a flip touches, and their samples with the face and the squared distance that
-    /// each would have.
+    /// The faces that a flip touches, and their samples, each with its new face and squared distance.
     faces: Vec<FaceId>,
     touched: Vec<(u32, u32, f64)>,
-    /// Which faces have the original on one side of them.
+    /// Whether each face has the original on one side only.
     domed: Vec<bool>,
-    /// The metric of each face, where the surface is taken to be smooth.
+    /// The metric of each face, if the surface is assumed to be smooth.
     metrics: Option<Vec<DMat3>>,
-    /// How much the [`spread`] of a face counts.
+    /// The weight of the [`spread`] of a face.
     roundness: f64,
 }
 
@@ -180,7 +178,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Finds the feet of points of every face: as many for small faces as for large ones.
+    /// Finds the points of the original for every face, the same number for small and large faces.
     fn draw(&mut self) {
         let topology = self.mesh.topology();
         let faces: Vec<FaceId> = topology.faces().collect();
@@ -227,7 +225,7 @@ impl<'a> Layout<'a> {
             let is_domed = sum.abs() > DOMED * absolute;
             self.domed[face.index()] = is_domed;
             if is_domed || self.metrics.is_some() {
-                // The fit is going to move the face by the mean.
+                // The fit will move the face by the mean, so only the variance counts.
                 let count = PLACES as f64;
                 let variance = squares / count - (sum / count).powi(2);
                 let wanted = self.density.faces_for(area, variance);
@@ -241,27 +239,27 @@ impl<'a> Layout<'a> {
         self.roundness = if ratio.is_finite() { ROUNDNESS * ratio } else { 0.0 };
     }
 
-    /// What a sample adds to the error of a face.
+    /// The term of a sample in the error of a face.
     fn error(&self, sample: u32) -> f64 {
         self.shares[sample as usize] * self.squares[sample as usize]
     }
 
-    /// Puts the vertices on the original.
+    /// Moves the vertices onto the original.
     fn settle(&mut self) {
         self.domed = vec![true; self.mesh.topology().face_capacity()];
         let places: Vec<DVec3> = self.movable.iter().map(|&v| self.mesh.position(v)).collect();
         self.move_to(&places);
     }
 
-    /// Makes every vertex jump at random along the mesh: less far where its faces are narrower, as all of
-    /// this does not change under affine maps.
+    /// Makes every vertex jump at random along the mesh. Jumps are shorter where faces are narrow, so that the method
+    /// is invariant under affine maps.
     fn jump(&mut self, size: f64, random: &mut SplitMix64) {
         let topology = self.mesh.topology();
         let targets = self.movable.iter().map(|&v| {
             let at = self.mesh.position(v);
             let spokes = topology.one_ring(v).map(|w| self.mesh.position(w) - at);
             let shift = spokes.map(|spoke| random.normal() * spoke).sum::<DVec3>();
-            // Spokes in all directions, of squared length l², sum up to valence / 2 l² in each.
+            // Edges in all directions with squared length l² have the sum valence / 2 l² in each direction.
             let scale = (2.0 / topology.valence(v).max(1) as f64).sqrt();
             at + size * scale * shift.reject_from_normalized(self.normal(v))
         });
@@ -269,7 +267,7 @@ impl<'a> Layout<'a> {
         self.move_to(&targets);
     }
 
-    /// Smooths once: see the top of this file.
+    /// Smooths once; see the module documentation.
     fn smooth(&mut self) {
         let topology = self.mesh.topology();
         let mut weights = vec![0.0; topology.face_capacity()];
@@ -296,14 +294,14 @@ impl<'a> Layout<'a> {
         self.move_to(&targets);
     }
 
-    /// The mean of the normals of the faces, or some direction where they cancel.
+    /// The mean of the normals of the faces, or an arbitrary direction if they cancel.
     fn normal(&self, v: VertexId) -> DVec3 {
         let crosses = self.mesh.topology().faces_of_vertex(v).map(|f| self.mesh.face_cross(f));
         crosses.sum::<DVec3>().normalize_or(DVec3::Z)
     }
 
-    /// Moves vertices to the points of the original closest to these, as far as their faces keep their
-    /// side and run into no others.
+    /// Moves vertices to the points of the original closest to the targets, if their faces keep their orientation and
+    /// do not intersect others.
     fn move_to(&mut self, targets: &[DVec3]) {
         let feet = self.original.closest_points(targets);
         for (&v, foot) in self.movable.iter().zip(feet) {
@@ -390,14 +388,14 @@ impl<'a> Layout<'a> {
                 metrics[face.index()] = 0.5 * sum;
             }
         }
-        // Which of the two faces is which may have changed: the samples go by what is there.
+        // The handles of the two faces may be swapped, so the samples are assigned by the current triangles.
         let now = self.faces.iter().map(|&face| self.mesh.triangle(face)).collect::<Vec<_>>();
         self.reassign(&now, f64::INFINITY);
         self.take();
     }
 
-    /// Finds the closest of the new triangles for each sample of the faces. Says whether the sum of the
-    /// squared distances gets less than this part of what it was.
+    /// Finds the closest of the new triangles for each sample of the faces. Returns whether the sum of the squared
+    /// distances falls below `part` times its former value.
     fn reassign(&mut self, triangles: &[[DVec3; 3]], part: f64) -> bool {
         self.touched.clear();
         for &face in &self.faces {
@@ -429,7 +427,7 @@ impl<'a> Layout<'a> {
         true
     }
 
-    /// Gives the samples to their new faces.
+    /// Assigns the samples to their new faces.
     fn take(&mut self) {
         for &face in &self.faces {
             self.lists.clear(face);
@@ -444,9 +442,8 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// What the distance of a triangle would be, squared and integrated, over a surface that is curved
-/// alike in all directions of a metric: its area times the square of the sum of its squared sides, up to a
-/// factor.
+/// The integrated squared distance of a triangle from a surface whose curvature is the same in all directions of a
+/// metric, up to a factor: the area times the square of the sum of the squared sides.
 fn spread(metric: DMat3, triangle: [DVec3; 3]) -> f64 {
     let [a, b, c] = triangle;
     let sides = [b - a, c - b, a - c].map(|side| side.dot(metric * side)).iter().sum::<f64>();
@@ -458,7 +455,7 @@ mod tests {
     use super::*;
     use crate::norm::Power;
 
-    /// A rhombus is cut along its shorter diagonal, whatever its size.
+    /// A rhombus of any size is cut along its shorter diagonal.
     #[test]
     fn edges_with_a_metric_are_flipped_when_that_makes_faces_rounder() {
         let schedule = Cooling {

@@ -1,5 +1,4 @@
-//! A height field in the colours of its heights, with their bar: writes `height.png` to the folder
-//! for temporary files.
+//! A height field coloured by height, with a colour bar: writes `height.png` to the folder for temporary files.
 #![allow(clippy::print_stdout)]
 
 use mesh_core::{TriMesh, VertexMap};

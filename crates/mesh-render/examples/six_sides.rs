@@ -1,4 +1,4 @@
-//! A mesh file from six sides on one sheet: `six_sides IN OUT.png`. Without arguments, a cube.
+//! Six sides of a mesh file on one sheet: `six_sides IN OUT.png`. Without arguments, a cube.
 #![allow(clippy::print_stdout)]
 
 use mesh_core::build::{Repair, build};

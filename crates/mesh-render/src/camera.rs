@@ -1,19 +1,19 @@
-//! Where the camera is, and what of the model is where in the picture.
+//! The camera and the projection into the picture.
 
 use glam::{DMat3, DQuat, DVec3};
 use mesh_core::{BoundingBox, TriMesh};
 
-/// Where the camera is and what it frames. The projection is orthographic: the same view of two
+/// The direction of the camera and the region in the picture. The projection is orthographic: the same view of two
 /// meshes shows them at the same scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// From the model to the camera; of any length.
     pub toward: DVec3,
-    /// What is up in the picture; need not be at right angles to `toward`.
+    /// The upward direction of the picture; need not be at right angles to `toward`.
     pub up: DVec3,
-    /// What has to fit into the picture.
+    /// The box that has to fit into the picture.
     pub bounds: BoundingBox,
-    /// What has to fit into it as seen from a direction, which is tighter; used if it is this one.
+    /// The tighter extent as seen from one direction; used if it is the current direction.
     frame: Option<Frame>,
 }
 
@@ -41,7 +41,7 @@ impl View {
         Self { toward, up, bounds, frame: None }
     }
 
-    /// A mesh from a direction, as large as fits; `None` if it has no vertices.
+    /// A view that frames a mesh tightly from a direction; `None` if the mesh has no vertices.
     #[must_use]
     pub fn of(mesh: &TriMesh, toward: DVec3, up: DVec3) -> Option<Self> {
         let bounds = mesh.bounding_box()?;
@@ -70,7 +70,7 @@ impl View {
         Self { toward, up, ..self }
     }
 
-    /// A mesh from one of its sides, with y up (z for the top and the bottom).
+    /// A view of a mesh from one of its sides, with y up (z for the top and the bottom).
     #[must_use]
     pub fn of_side(mesh: &TriMesh, side: Side) -> Option<Self> {
         Self::of(mesh, side.toward(), side.up())
@@ -101,11 +101,11 @@ pub enum Side {
 }
 
 impl Side {
-    /// All of them.
+    /// All sides.
     pub const ALL: &'static [Self] =
         &[Self::Front, Self::Back, Self::Left, Self::Right, Self::Top, Self::Bottom, Self::Corner];
 
-    /// Its name, in small letters.
+    /// The name, in lower case.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -133,7 +133,7 @@ impl Side {
         }
     }
 
-    /// What is up in the picture.
+    /// The upward direction of the picture.
     #[must_use]
     pub fn up(self) -> DVec3 {
         match self {
@@ -160,8 +160,8 @@ pub(crate) struct Camera {
 }
 
 impl Camera {
-    /// The camera for a picture of so many samples, the view filling it but for a margin, a share
-    /// of the view.
+    /// The camera for a picture with this number of samples. The view fills it except for a margin, given as a share of
+    /// the view.
     pub(crate) fn new(view: &View, [width, height]: [u32; 2], margin: f64) -> Self {
         let [right, up, toward] = axes(view.toward, view.up);
         let (center, half) = match view.frame {
@@ -188,7 +188,7 @@ impl Camera {
         }
     }
 
-    /// The point in samples from the upper left, and its depth, which is smaller for what is nearer.
+    /// The point in samples from the upper left, and its depth, which is smaller for nearer points.
     pub(crate) fn project(&self, point: DVec3) -> [f64; 3] {
         let p = point - self.center;
         let x = self.middle[0] + self.resolution * p.dot(self.right);
@@ -196,8 +196,8 @@ impl Camera {
         [x, y, -p.dot(self.toward) / self.half_depth]
     }
 
-    /// How bright a surface with this normal is: light from the camera's upper left, a weaker one
-    /// from the right, and both sides of the surface lit alike.
+    /// The brightness of a surface with this normal: light from the upper left of the camera and a weaker light from
+    /// the right. Both sides of the surface are lit in the same way.
     pub(crate) fn brightness(&self, normal: DVec3) -> f32 {
         let n = if normal.dot(self.toward) < 0.0 { -normal } else { normal };
         let key = (self.toward + 0.6 * self.up - 0.7 * self.right).normalize_or(self.toward);

@@ -1,4 +1,4 @@
-//! The bar that says what the colours stand for.
+//! The colour bar: a legend for the colours.
 
 use crate::error::RenderError;
 use crate::picture::{Picture, check_size};
@@ -6,7 +6,7 @@ use crate::scale::Scale;
 use crate::text::Font;
 use crate::ticks;
 
-/// A bar with the colours of a scale, round numbers beside it and a name over it.
+/// A bar with the colours of a scale, round numbers beside it and a name above it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorBar {
     /// The colours and the values at their ends.
@@ -18,13 +18,13 @@ pub struct ColorBar {
 }
 
 impl ColorBar {
-    /// A bar with dark words.
+    /// A bar with dark text.
     #[must_use]
     pub fn new(scale: Scale, label: impl Into<String>) -> Self {
         Self { scale, label: label.into(), ink: [20; 3] }
     }
 
-    /// The picture with the bar at its right, on the given background (`None`: transparent).
+    /// The picture with the bar to its right, on the given background (`None`: transparent).
     ///
     /// # Errors
     /// Picture and bar together are too wide.
@@ -66,7 +66,7 @@ impl ColorBar {
         Ok(whole)
     }
 
-    /// Round values in the range: where each is, and its text.
+    /// Round values in the range: the place of each, and its text.
     fn marks(&self) -> Vec<(f64, String)> {
         let Scale { low, high, log, .. } = self.scale;
         let ticks = if log { ticks::log(low, high) } else { ticks::linear(low, high, 6) };

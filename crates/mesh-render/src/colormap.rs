@@ -5,9 +5,9 @@ use core::str::FromStr;
 
 use colorous::Gradient;
 
-/// A perceptually uniform map for quantities of one sign, or a diverging one, whose middle is pale
-/// and stands for zero. All can be read without colour vision: the first five grow steadily in
-/// lightness, the others fall off to both sides in hues that are told apart by nearly everyone.
+/// A perceptually uniform map for quantities of one sign, or a diverging map with a pale middle that stands for zero.
+/// All maps can be read without colour vision: the first five grow steadily in lightness. The others become darker to
+/// both sides, in hues that nearly everyone can distinguish.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -32,7 +32,7 @@ pub enum ColorMap {
     BrownTeal,
 }
 
-/// A name that no colour map has.
+/// An unknown name of a colour map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no colour map {0:?}; there are {names}", names = names())]
 pub struct UnknownColorMap(pub String);
@@ -42,7 +42,7 @@ fn names() -> String {
 }
 
 impl ColorMap {
-    /// All of them.
+    /// All maps.
     pub const ALL: &'static [Self] = &[
         Self::Viridis,
         Self::Magma,
@@ -54,13 +54,13 @@ impl ColorMap {
         Self::BrownTeal,
     ];
 
-    /// What suits a quantity: viridis for one sign, blue to red for two.
+    /// The usual map for a quantity: viridis for one sign, blue to red for two.
     #[must_use]
     pub fn usual(signed: bool) -> Self {
         if signed { Self::RedBlue } else { Self::Viridis }
     }
 
-    /// Its name, in small letters.
+    /// The name, in lower case.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -81,7 +81,8 @@ impl ColorMap {
         matches!(self, Self::RedBlue | Self::PurpleOrange | Self::BrownTeal)
     }
 
-    /// The colour at a place from 0 to 1; places beyond get the colour of the end, NaN that of 0.
+    /// The colour at a place from 0 to 1; places outside get the colour of the nearer end, and NaN gets the colour of
+    /// 0.
     #[must_use]
     pub fn at(self, place: f64) -> [u8; 3] {
         let (gradient, from_above): (Gradient, bool) = match self {
@@ -99,7 +100,7 @@ impl ColorMap {
         [color.r, color.g, color.b]
     }
 
-    /// The colours at `count` places at equal distances, both ends among them.
+    /// The colours at `count` equidistant places, including both ends.
     #[must_use]
     pub fn table(self, count: usize) -> Vec<[u8; 3]> {
         let last = count.saturating_sub(1).max(1) as f64;

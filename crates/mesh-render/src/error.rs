@@ -1,10 +1,10 @@
-//! What can go wrong while drawing.
+//! Errors of rendering.
 
-/// Why there is no picture.
+/// The reason why there is no picture.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// The picture has no pixels, or more than fit.
+    /// The picture has no pixels, or too many.
     #[error(
         "a picture of {width} by {height} pixels cannot be made; both sides take from 1 to {largest}"
     )]
@@ -22,21 +22,21 @@ pub enum RenderError {
     /// A width or a margin that is not a number, or negative.
     #[error("{what} is {value}; give a number that is not negative")]
     Measure {
-        /// Which one.
+        /// The name of the measure.
         what: &'static str,
-        /// What it is.
+        /// The value.
         value: f64,
     },
-    /// A map is shorter than what it describes.
+    /// A map has too few entries.
     #[error("{what} has {found} entries, but the mesh has {expected} {of}")]
     Length {
         /// The map.
         what: &'static str,
         /// Its length.
         found: usize,
-        /// What it describes.
+        /// The kind of element that it describes.
         of: &'static str,
-        /// How many there are of those.
+        /// The number of such elements.
         expected: usize,
     },
     /// A sheet without pictures.
@@ -45,7 +45,7 @@ pub enum RenderError {
     /// A picture of a material is broken, or larger than its header states.
     #[error("the texture {name:?} cannot be read: {source}")]
     Texture {
-        /// The name of the picture, or where it is.
+        /// The name or the location of the picture.
         name: String,
         /// The cause.
         source: Box<image::ImageError>,

@@ -1,4 +1,4 @@
-//! Colours for pictures: of values, of the content of a file, of texture coordinates.
+//! Colours for pictures: from values, from the content of a file, or from texture coordinates.
 
 use mesh_core::build::Provenance;
 use mesh_core::{FaceMap, VertexMap};

@@ -8,8 +8,7 @@ use crate::error::RenderError;
 /// The longest side of a picture in pixels.
 pub const LARGEST_SIDE: u32 = 16_384;
 
-/// A picture of eight bits per channel: red, green, blue and opacity, not multiplied with it, row
-/// by row from the top.
+/// A picture with eight bits per channel: red, green, blue and opacity (not premultiplied), row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     width: u32,
@@ -27,7 +26,7 @@ impl Picture {
         Ok(Self { width, height, pixels: vec![color; width as usize * height as usize] })
     }
 
-    /// A picture of these rows, all of one length that `check_size` has seen.
+    /// A picture of these rows, all of one length. The size was checked by `check_size`.
     pub(crate) fn from_pixels([width, height]: [u32; 2], pixels: Vec<[u8; 4]>) -> Self {
         Self { width, height, pixels }
     }
@@ -62,7 +61,7 @@ impl Picture {
         inside.then(|| y as usize * self.width as usize + x as usize)
     }
 
-    /// Paints a rectangle; what is outside is left out.
+    /// Paints a rectangle; parts outside the picture are ignored.
     pub(crate) fn fill(&mut self, [x, y]: [i64; 2], [width, height]: [i64; 2], color: [u8; 4]) {
         for row in y..y + height {
             for column in x..x + width {
@@ -71,7 +70,7 @@ impl Picture {
         }
     }
 
-    /// Lays a colour over a pixel as its opacity says; what is outside is left out.
+    /// Blends a colour over a pixel by its opacity; pixels outside the picture are ignored.
     pub(crate) fn blend(&mut self, [x, y]: [i64; 2], color: [u8; 4]) {
         let Some(index) = self.index(x, y) else { return };
         let below = self.pixels[index];
@@ -84,7 +83,7 @@ impl Picture {
         self.pixels[index] = [mix(0), mix(1), mix(2), (255.0 * opacity).round() as u8];
     }
 
-    /// Lays a picture over this one, its upper left corner at a pixel.
+    /// Copies a picture into this one, with its upper left corner at a pixel.
     pub(crate) fn paste(&mut self, other: &Self, [x, y]: [u32; 2]) {
         let width = other.width.min(self.width.saturating_sub(x)) as usize;
         let rows = other.pixels.chunks_exact(other.width as usize);
@@ -97,11 +96,11 @@ impl Picture {
     /// The picture as a PNG file.
     ///
     /// # Errors
-    /// The encoder fails, for want of memory.
+    /// The encoder fails, for lack of memory.
     pub fn to_png(&self) -> Result<Vec<u8>, RenderError> {
         let mut bytes = Vec::new();
         let is_opaque = self.pixels.iter().all(|p| p[3] == 255);
-        // Pictures are kept and sent: smaller files are worth the time.
+        // Pictures are stored and sent: smaller files are worth the time.
         let (compression, filter) = (CompressionType::Default, FilterType::Adaptive);
         let encoder = PngEncoder::new_with_quality(&mut bytes, compression, filter);
         let written = if is_opaque {

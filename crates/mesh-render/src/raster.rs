@@ -1,7 +1,7 @@
 //! Triangles to pixels: a depth buffer of several samples per pixel, averaged down.
 //!
-//! The picture is made in bands of rows, each with the triangles that touch it in their order, so
-//! that memory does not grow with the picture and the result not with the number of threads.
+//! The picture is made in bands of rows, each with the triangles that touch it in their order. So memory does not grow
+//! with the picture, and the result does not depend on the number of threads.
 
 use crate::texture::Texture;
 
@@ -14,7 +14,7 @@ const BAND: u32 = 16;
 pub(crate) struct Triangle {
     /// Column, row and depth of its corners.
     pub(crate) at: [[f32; 3]; 3],
-    /// The lit colour at its corners, or what a texture is multiplied with.
+    /// The lit colour at its corners, or the factor of the texture.
     pub(crate) color: [[f32; 3]; 3],
     /// The picture of the texture.
     pub(crate) image: Option<u32>,
@@ -24,7 +24,7 @@ pub(crate) struct Triangle {
     pub(crate) heights: [f32; 3],
 }
 
-/// What the rasteriser needs besides triangles.
+/// Input of the rasteriser besides triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Canvas<'a> {
     /// In pixels.
@@ -45,7 +45,7 @@ pub(crate) fn rasterize(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<[u8;
     mesh_core::parallel::collect_each(bands as usize, draw).concat()
 }
 
-/// Which triangles touch which band.
+/// The triangles that touch each band.
 struct Bins {
     starts: Vec<usize>,
     members: Vec<u32>,
@@ -111,18 +111,17 @@ impl Canvas<'_> {
         self.average_down(&samples)
     }
 
-    /// Every sample whose middle is in the triangle, its edges included, so that neighbours leave
-    /// no gap.
+    /// Draws every sample whose middle is in the triangle, including its edges, so that neighbours leave no gap.
     fn draw_triangle(&self, triangle: &Triangle, samples: &mut Samples) {
         let at = triangle.at.map(|p| p.map(f64::from));
         let double_area = cross(at[0], at[1], at[2]);
-        // Seen edge-on, or not a number.
+        // Seen edge-on, or NaN.
         if double_area.is_nan() || double_area.abs() <= 1e-9 {
             return;
         }
         let [left, right] = extent(triangle.at.map(|p| p[0]));
         let [top, bottom] = extent(triangle.at.map(|p| p[1]));
-        // A cast of what is out of range gives the end of the range.
+        // A cast of a value out of range gives the end of the range.
         let columns = (left - 0.5).ceil().max(0.0) as u32
             ..((right - 0.5).floor() + 1.0).clamp(0.0, samples.width as f32) as u32;
         let first = ((top - 0.5).ceil().max(0.0) as u32).max(samples.rows[0]);
@@ -149,7 +148,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// The colour at a place of a triangle; `None` where its texture is cut out.
+    /// The colour at a place of a triangle; `None` if the texture is cut out there.
     fn shade(&self, triangle: &Triangle, weights: [f32; 3]) -> Option<[f32; 3]> {
         let to_edges = [0, 1, 2].map(|i| weights[i] * triangle.heights[i]);
         let nearest = to_edges.into_iter().fold(f32::INFINITY, f32::min);
@@ -213,7 +212,7 @@ fn cross([ax, ay, _]: [f64; 3], [bx, by, _]: [f64; 3], [cx, cy, _]: [f64; 3]) ->
 
 fn mix<const N: usize>(values: [[f32; N]; 3], [a, b, c]: [f32; 3]) -> [f32; N] {
     core::array::from_fn(|i| {
-        // Where a weight is zero the value may be infinite.
+        // If a weight is zero, the value may be infinite.
         values[0][i] * a + values[1][i] * b + values[2][i] * c
     })
 }

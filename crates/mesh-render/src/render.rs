@@ -1,4 +1,4 @@
-//! A mesh to a picture.
+//! Renders a mesh to a picture.
 
 use mesh_core::VertexMap;
 
@@ -9,15 +9,14 @@ use crate::raster::{Canvas, Triangle, rasterize};
 use crate::scene::{Paint, Scene, Style};
 use crate::{silhouette, stroke};
 
-/// Where triangles have no colour of their own.
+/// The colour of triangles without a colour.
 const CLAY: [f32; 3] = [0.78, 0.78, 0.76];
 const OUTLINE: [u8; 3] = [24, 24, 28];
 
 /// Draws a mesh and the lines on it.
 ///
 /// # Errors
-/// The size, a width or the number of samples is out of range, or a map is shorter than what it
-/// describes.
+/// The size, a width or the number of samples is out of range, or a map has too few entries.
 pub fn render(scene: &Scene<'_>, view: &View, style: &Style) -> Result<Picture, RenderError> {
     scene.check()?;
     style.check()?;
@@ -48,7 +47,7 @@ pub fn render(scene: &Scene<'_>, view: &View, style: &Style) -> Result<Picture, 
     Ok(Picture::from_pixels(style.size, rasterize(&canvas, &triangles)))
 }
 
-/// The faces of the mesh, lit.
+/// The lit faces of the mesh.
 fn shaded(
     scene: &Scene<'_>,
     camera: &Camera,

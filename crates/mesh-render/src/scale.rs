@@ -5,7 +5,7 @@ use core::str::FromStr;
 
 use crate::colormap::ColorMap;
 
-/// The colour of what has no value: not a number, or not positive on a logarithmic scale.
+/// The colour of missing values: NaN, or not positive on a logarithmic scale.
 pub const MISSING: [u8; 3] = [140, 140, 140];
 
 /// The values at the ends of the colours.
@@ -14,14 +14,14 @@ pub const MISSING: [u8; 3] = [140, 140, 140];
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Range {
-    /// From the values: their 2nd to 98th percentile, made symmetric for signed quantities.
+    /// The 2nd to 98th percentile of the values, made symmetric for signed quantities.
     #[default]
     Auto,
-    /// From the least to the largest value, made symmetric for signed quantities.
+    /// The smallest to the largest value, made symmetric for signed quantities.
     Full,
     /// Between two percentiles from 0 to 100, made symmetric for signed quantities.
     Percentiles(f64, f64),
-    /// These.
+    /// The given values.
     Given(f64, f64),
 }
 
@@ -33,7 +33,7 @@ pub enum Range {
 pub struct BadRange;
 
 impl Range {
-    /// How it came about, in words.
+    /// Description of the origin of the range.
     #[must_use]
     pub fn origin(self) -> String {
         match self {
@@ -44,7 +44,7 @@ impl Range {
         }
     }
 
-    /// The percentiles that it stands for, if it is made from the values.
+    /// The percentiles of the range, if it is made from the values.
     #[must_use]
     pub fn percentiles(self) -> Option<[f64; 2]> {
         match self {
@@ -90,23 +90,22 @@ impl FromStr for Range {
     }
 }
 
-/// How numbers become colours.
+/// Options for the conversion of numbers to colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ScaleOptions {
-    /// The colours; without, what suits the quantity: [`ColorMap::usual`].
+    /// The colour map; `None` for the usual map of the quantity: [`ColorMap::usual`].
     pub colors: Option<ColorMap>,
     /// The values at the ends.
     pub range: Range,
     /// Whether the quantity has two signs: zero is then in the middle of a range made from values.
     pub signed: bool,
-    /// Whether equal steps of colour are equal ratios; values that are not positive have then no
-    /// colour.
+    /// Whether equal steps of colour are equal ratios; values that are not positive then have no colour.
     pub log: bool,
 }
 
 impl ScaleOptions {
-    /// The scale for some values; those that are not finite have no say in it.
+    /// The scale for some values; values that are not finite are ignored.
     #[must_use]
     pub fn fit(&self, values: impl IntoIterator<Item = f64>) -> Scale {
         let [low, high] = match (self.range.percentiles(), self.range) {
@@ -134,7 +133,7 @@ impl ScaleOptions {
     }
 }
 
-/// How many of the values come before the percentile, where so many come before the last one.
+/// The index of the percentile in a sorted list whose last index is `last`.
 #[must_use]
 pub fn rank(percentile: f64, last: usize) -> usize {
     (percentile / 100.0 * last as f64).round().clamp(0.0, last as f64) as usize
@@ -155,22 +154,22 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Where on the colours a value is, from 0 to 1; `None` if it has no place. Values beyond the
-    /// ends are at the end, and all are in the middle where both ends are the same.
+    /// The place of a value on the colours, from 0 to 1; `None` if it has none. Values beyond the ends are at the end,
+    /// and all are in the middle if both ends are equal.
     #[must_use]
     pub fn place(&self, value: f64) -> Option<f64> {
         if value.is_nan() || (self.log && value <= 0.0) {
             return None;
         }
         let unit = |x: f64| if self.log { x.max(f64::MIN_POSITIVE).ln() } else { x };
-        // Halves, since the whole extent of very large numbers is infinite.
+        // Halves, because the full extent of very large numbers overflows.
         let (low, high) = (0.5 * unit(self.low), 0.5 * unit(self.high));
         let extent = high - low;
         let place = if extent > 0.0 { (0.5 * unit(value) - low) / extent } else { 0.5 };
         Some(place.clamp(0.0, 1.0))
     }
 
-    /// The colour of a value; [`MISSING`] where it has none.
+    /// The colour of a value; [`MISSING`] if it has none.
     #[must_use]
     pub fn color(&self, value: f64) -> [u8; 3] {
         self.place(value).map_or(MISSING, |place| self.colors.at(place))

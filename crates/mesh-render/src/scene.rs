@@ -1,4 +1,4 @@
-//! What is drawn, and how.
+//! The content of a picture, and its style.
 
 use glam::DVec3;
 use mesh_core::{FaceMap, TriMesh, VertexMap};
@@ -6,16 +6,16 @@ use mesh_core::{FaceMap, TriMesh, VertexMap};
 use crate::error::RenderError;
 use crate::texture::Texture;
 
-/// A mesh and what is drawn on it.
+/// A mesh with colours and lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene<'a> {
     /// The mesh.
     pub mesh: &'a TriMesh,
     /// The colours of its surface.
     pub paint: Paint<'a>,
-    /// The faces whose edges are drawn; without, those of all faces.
+    /// The faces whose edges are drawn; `None` for all faces.
     pub edged: Option<&'a FaceMap<bool>>,
-    /// Lines on the surface or beside it; hidden where the surface is well in front.
+    /// Lines on the surface or beside it; hidden if the surface is clearly in front of them.
     pub strokes: &'a [Stroke],
 }
 
@@ -26,7 +26,7 @@ impl<'a> Scene<'a> {
         Self { mesh, paint: Paint::Clay, edged: None, strokes: &[] }
     }
 
-    /// Whether the maps are as long as the mesh wants them.
+    /// Checks that the maps are long enough for the mesh.
     pub(crate) fn check(&self) -> Result<(), RenderError> {
         let topology = self.mesh.topology();
         let (vertices, faces) = (topology.vertex_capacity(), topology.face_capacity());
@@ -47,7 +47,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// What the surface is painted with.
+/// The paint of the surface.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub enum Paint<'a> {
@@ -66,11 +66,11 @@ pub enum Paint<'a> {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Stroke {
-    /// Where it goes through, in model units.
+    /// The points of the line, in model units.
     pub points: Vec<DVec3>,
-    /// Its colour, which light does not change.
+    /// The colour; it is not lit.
     pub color: [u8; 3],
-    /// Its width in pixels.
+    /// The width in pixels.
     pub width: f64,
 }
 
@@ -85,12 +85,11 @@ pub struct Style {
     pub smooth: bool,
     /// Width of the drawn edges in pixels; 0 draws none.
     pub edge_width: f64,
-    /// Width in pixels of the outlines: where the surface turns away from the camera, and where it
-    /// ends. 0 draws none.
+    /// Width in pixels of the outlines, where the surface turns away from the camera and at its boundary. 0 draws none.
     pub silhouette_width: f64,
-    /// With outlines, edges whose faces meet at more than this angle are drawn too, in radians.
+    /// If outlines are drawn, edges with a larger dihedral angle than this are drawn too, in radians.
     pub crease: Option<f64>,
-    /// The colour behind the mesh; `None` leaves the picture transparent there.
+    /// The colour of the background; `None` for transparent.
     pub background: Option<[u8; 3]>,
     /// Samples per pixel and direction, from 1 to 8.
     pub supersampling: u32,

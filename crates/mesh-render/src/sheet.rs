@@ -4,16 +4,16 @@ use crate::error::RenderError;
 use crate::picture::{Picture, check_size};
 use crate::text::Font;
 
-/// How pictures are put together.
+/// Options for the layout of pictures.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
 pub struct SheetOptions {
-    /// Pictures side by side; 0 takes as many as make the sheet about square.
+    /// Number of columns; 0 makes the sheet about square.
     pub columns: u32,
     /// Pixels between pictures.
     pub gap: u32,
-    /// The colour behind; `None` leaves the sheet transparent there.
+    /// The colour of the background; `None` for transparent.
     pub background: Option<[u8; 3]>,
     /// The colour of captions.
     pub ink: [u8; 3],
@@ -25,8 +25,8 @@ impl Default for SheetOptions {
     }
 }
 
-/// Pictures side by side and in rows, each with its caption below; an empty caption takes no room
-/// if all are empty. Columns are as wide as their widest picture, rows as high as their highest.
+/// Pictures in rows and columns, each with its caption below; there is no room for captions if all are empty. Columns
+/// are as wide as their widest picture, rows as high as their highest.
 ///
 /// # Errors
 /// There are no pictures, or the sheet is too large.

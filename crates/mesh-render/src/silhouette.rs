@@ -1,4 +1,4 @@
-//! Outlines: where a surface turns away from the camera, where it ends, and where it is sharp.
+//! Outlines: the silhouette, the boundary and sharp edges of a surface.
 
 use core::f64::consts::PI;
 
@@ -7,9 +7,9 @@ use mesh_core::{TriMesh, VertexMap, angle_between};
 
 /// The pieces of the outline seen from a direction.
 ///
-/// With vertex normals, the surface turns away where the interpolated normal is at right angles to
-/// the direction, which is inside of faces (Hertzmann and Zorin 2000); without, along the edges
-/// between a face that looks at the camera and one that looks away.
+/// With vertex normals, the surface turns away where the interpolated normal is at right angles to the direction, which
+/// is inside of faces (Hertzmann and Zorin 2000). Without, it turns away at the edges between a face towards the camera
+/// and a face away from it.
 pub(crate) fn outline(
     mesh: &TriMesh,
     toward: DVec3,
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use mesh_shapes::Sphere;
 
-    /// Of a ball, seen from anywhere, a great circle.
+    /// The outline of a ball is a great circle from any direction.
     #[test]
     fn the_outline_of_a_sphere_is_as_long_as_its_equator() {
         let soup = Sphere { radius: 2.0 }.icosphere(4).unwrap();
@@ -68,7 +68,7 @@ mod tests {
         let smooth = outline(&mesh, toward, Some(&mesh.vertex_normals()), None);
         let equator = 4.0 * PI;
         assert!((length(&smooth) / equator - 1.0).abs() < 2e-3, "{}", length(&smooth));
-        // Along edges it zigzags.
+        // Along edges, the outline zigzags.
         let ratio = length(&outline(&mesh, toward, None, None)) / equator;
         assert!((1.0..1.5).contains(&ratio), "{ratio}");
         let all = outline(&mesh, toward, None, Some(0.0));

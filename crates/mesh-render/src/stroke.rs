@@ -5,12 +5,12 @@ use glam::DVec3;
 use crate::camera::Camera;
 use crate::raster::Triangle;
 
-/// How far lines are drawn in front of where they are, as a share of the depth of the view: on a
-/// surface they would be half buried.
+/// Offset of lines towards the camera, as a share of the depth of the view: otherwise lines on a surface would be half
+/// buried.
 const LIFT: f64 = 0.004;
 
-/// Appends a line through points, or a dot at a single one, of a width in samples. Every piece is a
-/// little longer than it is, so that bends have no gaps.
+/// Appends a line through points, or a dot at a single one; the width is in samples. Every piece is slightly extended,
+/// so that bends have no gaps.
 pub(crate) fn draw(
     points: &[DVec3],
     color: [u8; 3],

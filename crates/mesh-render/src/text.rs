@@ -1,4 +1,4 @@
-//! Words in pictures.
+//! Text in pictures.
 
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
@@ -11,7 +11,7 @@ pub(crate) struct Font {
 }
 
 impl Font {
-    /// The letters that suit a picture so many pixels high.
+    /// The font for a picture of this height.
     pub(crate) fn for_height(pixels: u32) -> Self {
         let height = match pixels {
             0..600 => RasterHeight::Size16,
@@ -31,7 +31,7 @@ impl Font {
         (text.chars().count() * get_raster_width(FontWeight::Regular, self.height)) as u32
     }
 
-    /// The text as far as it fits into so many pixels.
+    /// The part of the text that fits into this width.
     pub(crate) fn fit(self, text: &str, pixels: u32) -> String {
         let letters = pixels as usize / get_raster_width(FontWeight::Regular, self.height);
         if text.chars().count() <= letters {
@@ -40,7 +40,7 @@ impl Font {
         text.chars().take(letters.saturating_sub(2)).chain("..".chars().take(letters)).collect()
     }
 
-    /// Writes a line, its upper left corner at a pixel; letters that the font lacks become `?`.
+    /// Writes a line with its upper left corner at a pixel; characters missing in the font become `?`.
     pub(crate) fn write(self, picture: &mut Picture, [x, y]: [i64; 2], text: &str, color: [u8; 3]) {
         let mut left = x;
         for letter in text.chars() {

@@ -1,4 +1,4 @@
-//! Materials and their pictures, as the rasteriser samples them.
+//! Materials and their pictures, in the form that the rasteriser samples.
 
 #[cfg(feature = "textures")]
 use std::io::Cursor;
@@ -18,21 +18,21 @@ pub struct Texture {
     faces: Vec<Skin>,
 }
 
-/// A picture by its place, and the opacity below which the surface is cut out.
+/// The index of a picture, and the opacity below which the surface is cut out.
 #[derive(Clone, Copy, Debug)]
 struct Sampled {
     picture: u32,
     cutoff: f32,
 }
 
-/// How a face is painted.
+/// The paint of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skin {
-    /// What the picture is multiplied with, from 0 to 1.
+    /// The factor of the picture, from 0 to 1.
     pub color: [f32; 3],
-    /// Which image of the texture, if any.
+    /// The index of the image of the texture, if any.
     pub image: Option<u32>,
-    /// Where in the picture the corners are; the origin is at its lower left.
+    /// The corners in the picture; the origin is at its lower left.
     pub uvs: [[f32; 2]; 3],
 }
 
@@ -42,8 +42,8 @@ impl Skin {
 }
 
 impl Texture {
-    /// A chessboard of so many squares across the picture, for looking at texture coordinates.
-    /// Squares differ in hue from one to the next, so that they can be told apart.
+    /// A chessboard of `squares` squares along each side of the picture, to inspect texture coordinates. Squares differ
+    /// in hue, so that they can be distinguished.
     #[must_use]
     pub fn chessboard(squares: u32, uvs: impl IntoIterator<Item = [[f32; 2]; 3]>) -> Self {
         let size = 2048;
@@ -62,20 +62,20 @@ impl Texture {
         Self { pictures: vec![pixels], images, faces: uvs.into_iter().map(skin).collect() }
     }
 
-    /// The number of faces it is for.
+    /// The number of faces.
     #[must_use]
     pub fn face_count(&self) -> usize {
         self.faces.len()
     }
 
-    /// How a face is painted, by its index; light grey beyond the last one.
+    /// The paint of a face, by its index; light grey beyond the last one.
     #[must_use]
     pub fn skin(&self, face: usize) -> Skin {
         self.faces.get(face).copied().unwrap_or(Skin::BARE)
     }
 
-    /// The colour of a picture at a place, from the four nearest pixels; the picture repeats.
-    /// `None` where it is cut out.
+    /// The colour of a picture at a place, interpolated between the four nearest pixels; the picture repeats. `None` if
+    /// it is cut out there.
     pub(crate) fn sample(&self, image: u32, [u, v]: [f32; 2]) -> Option<[f32; 3]> {
         let image = self.images.get(image as usize);
         let pixels = image.and_then(|image| self.pictures.get(image.picture as usize));
@@ -105,11 +105,11 @@ impl Texture {
     /// The formats that can be decoded.
     pub const FORMATS: &'static [PictureFormat] = &[PictureFormat::Png, PictureFormat::Jpeg];
 
-    /// The materials of a model on the faces of the mesh that was built from it, `None` if it has
-    /// neither materials nor texture coordinates.
+    /// The materials of a model on the faces of the mesh that was built from it; `None` if it has neither materials nor
+    /// texture coordinates.
     ///
-    /// `face_source` and `corner_source` are the faces and corners of the mesh's provenance. A material whose
-    /// picture was left out is drawn without it.
+    /// `face_source` and `corner_source` are the faces and corners of the mesh's provenance. A material whose picture
+    /// was omitted is drawn without it.
     ///
     /// # Errors
     /// A picture cannot be decoded, or is larger than its header states.
@@ -156,7 +156,7 @@ impl Texture {
     }
 }
 
-/// Decodes a picture in the memory that its header accounts for.
+/// Decodes a picture within the memory that its header justifies.
 #[cfg(feature = "textures")]
 fn decode(picture: &Picture) -> Result<RgbaImage, RenderError> {
     let format = match picture.format {
@@ -168,7 +168,7 @@ fn decode(picture: &Picture) -> Result<RgbaImage, RenderError> {
     let [width, height] = picture.size;
     let mut limits = image::Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(width), Some(height));
-    // Four channels of 16 bits, and as much beside them; a profile may take 16 MiB.
+    // Four channels of 16 bits, and the same amount of temporary memory; a profile may take 16 MiB.
     limits.max_alloc = Some(16 * u64::from(width) * u64::from(height) + (16 << 20));
     let mut reader = image::ImageReader::with_format(Cursor::new(&picture.bytes), format);
     reader.limits(limits);
@@ -179,7 +179,7 @@ fn decode(picture: &Picture) -> Result<RgbaImage, RenderError> {
     Ok(decoded.into_rgba8())
 }
 
-/// Light to what pictures store.
+/// Converts linear light to the sRGB values of pictures.
 #[cfg(feature = "textures")]
 fn srgb(linear: f32) -> f32 {
     linear.clamp(0.0, 1.0).powf(1.0 / 2.2)

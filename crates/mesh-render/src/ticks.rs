@@ -12,7 +12,7 @@ pub fn linear(low: f64, high: f64, about: usize) -> Vec<f64> {
     let step = [1.0, 2.0, 5.0, 10.0].map(|f| f * power).into_iter().find(|&s| s >= rough);
     let step = step.unwrap_or(rough);
     let (first, last) = ((low / step).ceil(), (high / step).floor());
-    // Far from zero neighbouring multiples are the same number; then the ends have to do.
+    // Far from zero, neighbouring multiples are the same number; then only the ends are used.
     if !(step > 0.0 && last - first < 1000.0 && low + step > low) {
         return vec![low, high];
     }
@@ -20,8 +20,7 @@ pub fn linear(low: f64, high: f64, about: usize) -> Vec<f64> {
     (0..=count).map(|i| (first + i as f64) * step).collect()
 }
 
-/// Powers of ten from `low` to `high`, both positive; with twice and five times them if there are
-/// few.
+/// Powers of ten from `low` to `high`, both positive; with two and five times them if there are few.
 #[must_use]
 pub fn log(low: f64, high: f64) -> Vec<f64> {
     if !(low > 0.0 && high >= low && high.is_finite()) {
@@ -40,7 +39,7 @@ pub fn log(low: f64, high: f64) -> Vec<f64> {
     if decades.len() >= 4 { decades } else { all(&[1.0, 2.0, 5.0]) }
 }
 
-/// A tick in a few characters, without the noise of the last digits.
+/// A tick in a few characters, without rounding noise in the last digits.
 #[must_use]
 pub fn label(tick: f64) -> String {
     let rounded: f64 = format!("{tick:.6e}").parse().unwrap_or(tick);

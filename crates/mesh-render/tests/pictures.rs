@@ -1,4 +1,4 @@
-//! Pictures whose pixels are known: areas, colours, depth, lines, and what is refused.
+//! Pictures with known pixels: areas, colours, depth, lines, and refusals.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 use core::f64::consts::PI;
@@ -48,7 +48,7 @@ fn the_same_view_shows_two_meshes_at_one_scale() {
     assert!((areas[0] / areas[1] - 4.0).abs() < 0.02, "{areas:?}");
 }
 
-/// Of the faces of a cube that is seen from the front, only those in front show their colour.
+/// From the front of a cube, only the colours of its front faces are visible.
 #[test]
 fn face_colours_keep_to_their_faces_and_depth() {
     let mesh = cube();
@@ -176,7 +176,7 @@ fn what_cannot_be_drawn_is_refused() {
     assert!(matches!(render(&scene, &view, &CLEAR), Err(RenderError::Length { found: 2, .. })));
 }
 
-/// Flat, of one point, far away: nothing to see is no reason to fail.
+/// Flat, a single point, or far away: an empty picture is no error.
 #[test]
 fn ugly_meshes_are_drawn() {
     let with = |positions: [DVec3; 3]| TriMesh::from_triangles(&positions, &[[0, 1, 2]]).unwrap();

@@ -1,4 +1,4 @@
-//! What an analytic surface can be asked.
+//! The interface of analytic surfaces.
 
 use glam::{DMat3, DVec3};
 
@@ -7,8 +7,8 @@ use glam::{DMat3, DVec3};
 /// The arguments `p` are points of the surface. Rounding errors in them are harmless; the result
 /// for points away from the surface is not specified.
 pub trait AnalyticSurface: Send + Sync {
-    /// The point with parameters `u` and `v`. Turning from the direction of growing `u` to that
-    /// of growing `v` is counter-clockwise seen from the side of the normal.
+    /// The point with parameters `u` and `v`. The turn from the direction of growing `u` to the direction of growing
+    /// `v` is counter-clockwise seen from the side of the normal.
     fn point(&self, u: f64, v: f64) -> DVec3;
 
     /// The unit normal, outward on closed surfaces.
@@ -29,7 +29,7 @@ pub trait SignedDistance {
     /// Euclidean distance to the surface: positive on the side of the normal, negative behind.
     fn signed_distance(&self, p: DVec3) -> f64;
 
-    /// The nearest point of the surface, one of them where there are several.
+    /// The nearest point of the surface; one of them if there are several.
     fn closest_point(&self, p: DVec3) -> DVec3;
 }
 

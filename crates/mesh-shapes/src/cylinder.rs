@@ -10,8 +10,8 @@ use mesh_core::PolygonSoup;
 
 /// The cylinder around the z axis from z = 0 to z = height, without its end disks.
 ///
-/// `point(u, v)` = (r cos u, r sin u, v). Normals point away from the axis. Distances are those
-/// of the infinite cylinder.
+/// `point(u, v)` = (r cos u, r sin u, v). Normals point away from the axis. Distances are measured to the infinite
+/// cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {
     /// The radius r.
@@ -20,10 +20,10 @@ pub struct Cylinder {
     pub height: f64,
 }
 
-/// How the rows of vertices around a surface of revolution lie over each other.
+/// The relative rotation of the rows of vertices of a surface of revolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RowPhase {
-    /// Vertices above each other; all cells cut the same way.
+    /// Vertices above each other; all cells are cut in the same way.
     #[default]
     Aligned,
     /// Every other row turned by half a step, which makes the triangles isosceles.
@@ -91,10 +91,9 @@ impl Cylinder {
         revolve(rows, sectors, RowPhase::Aligned, Some(irregular), point)
     }
 
-    /// The half y ≥ 0 with vertices on the two rims only, so that every triangle is as long as
-    /// the cylinder (Szilvási-Nagy 2010, Fig. 7): `segments` + 1 vertices at z = 0 with angles
-    /// from 0 to π, then as many above them.
-    ///
+    /// The half y ≥ 0 with vertices on the two rims only, so that every triangle has the length of the cylinder
+    /// (Szilvási-Nagy 2010, Fig. 7): `segments` + 1 vertices at z = 0 with angles from 0 to π, then the same number
+    /// above them.
     /// # Errors
     /// A bad radius or height; no segments.
     pub fn half_with_bare_sides(&self, segments: usize) -> Result<PolygonSoup, ShapeError> {

@@ -1,8 +1,8 @@
-//! What can be wrong with the parameters of a shape.
+//! Errors in the parameters of a shape.
 
 use mesh_core::soup::TooManyCorners;
 
-/// A shape was asked for with parameters that describe none.
+/// The parameters do not describe a shape.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// A length is zero, negative, infinite or not a number.
@@ -40,7 +40,7 @@ pub enum ShapeError {
     /// Too few vertices, segments or cells to enclose anything.
     #[error("{got} {what} are too few; at least {least} are needed")]
     TooFew {
-        /// What there are too few of.
+        /// The kind of the elements.
         what: &'static str,
         /// The number asked for.
         got: usize,
@@ -80,8 +80,8 @@ pub(crate) fn at_least(what: &'static str, got: usize, least: usize) -> Result<(
     Err(ShapeError::TooFew { what, got, least })
 }
 
-/// Refuses a number of triangles (`None`: it overflowed) whose corners 32 bits cannot count,
-/// before memory is asked for.
+/// Refuses a number of triangles (`None`: it overflowed) whose corners exceed 32-bit indices, before memory is
+/// allocated.
 pub(crate) fn fits(triangles: Option<usize>) -> Result<usize, ShapeError> {
     const MOST: usize = (u32::MAX as usize - 2) / 3;
     triangles.filter(|&count| count <= MOST).ok_or(ShapeError::TooLarge(TooManyCorners))

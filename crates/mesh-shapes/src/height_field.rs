@@ -14,8 +14,7 @@ pub enum Diagonals {
     /// All along (1, 1): inner vertices have valence six.
     #[default]
     Uniform,
-    /// In turn along (1, 1) and (-1, 1), as on a Union Jack: inner vertices have valence four
-    /// and eight.
+    /// Alternating between (1, 1) and (-1, 1), as on a Union Jack: inner vertices have valence four and eight.
     Alternating,
 }
 
@@ -167,8 +166,8 @@ macro_rules! height_field {
                 square_mesh(self.half_width, cells, diagonals, None, point)
             }
 
-            /// Irregular mesh with jittered vertices and random diagonals. Vertices of the border
-            /// move only along it, and the corners not at all.
+            /// Irregular mesh with jittered vertices and random diagonals. Vertices of the border move only along it,
+            /// and the corners do not move.
             ///
             /// # Errors
             /// As for `mesh`; a jitter out of range.

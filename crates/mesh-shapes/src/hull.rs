@@ -1,9 +1,9 @@
 //! Convex hull of points in space.
 //!
-//! Quickhull (Barber, Dobkin, Huhdanpaa 1996) with an exact orientation test: every point not yet
-//! inside waits at one face that it sees; the farthest point of a face is joined to the border of
-//! all it sees, and the points that waited there move to one of the new faces. Rounding decides
-//! only which point is taken next, never what is convex.
+//! Quickhull (Barber, Dobkin, Huhdanpaa 1996) with an exact orientation test. Every point not yet inside is assigned to
+//! one face that it sees. The farthest point of a face is joined to the border of all faces it sees, and the points
+//! assigned to these faces are assigned to the new faces. Rounding affects only the order of the points, never
+//! convexity.
 
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
@@ -33,15 +33,13 @@ pub enum HullError {
 
 /// The convex hull of `points` as triangles, counter-clockwise seen from outside.
 ///
-/// Each triangle starts with its smallest index and the triangles are sorted, so the result does
-/// not depend on the order of the work. Flat parts of the hull come as several coplanar
-/// triangles; points inside the hull, on a flat part or equal to another may be left out. Exact
-/// as long as products of three coordinate differences neither overflow nor underflow. Expected
-/// time n log n.
+/// Each triangle starts with its smallest index and the triangles are sorted, so the result does not depend on the
+/// order of the work. Flat parts of the hull consist of several coplanar triangles. Points inside the hull, on a flat
+/// part or equal to another may be left out. The result is exact if products of three coordinate differences neither
+/// overflow nor underflow. Expected time n log n.
 ///
 /// # Errors
-/// [`HullError`] when all points lie in a plane, a coordinate is not finite, or there are too
-/// many.
+/// [`HullError`] when all points lie in a plane, a coordinate is not finite, or there are too many points.
 pub fn convex_hull(points: &[DVec3]) -> Result<Vec<[u32; 3]>, HullError> {
     if points.len() >= u32::MAX as usize / 6 {
         return Err(HullError::TooMany { points: points.len() });
@@ -62,23 +60,23 @@ struct Face {
     corners: [u32; 3],
     /// The face across the side from corner i to corner i + 1.
     across: [u32; 3],
-    /// Points not yet inside the hull that see this face, each waiting at one face only.
+    /// Points not yet inside the hull that see this face; each point is assigned to one face only.
     waiting: Vec<u32>,
-    /// Whether the face is part of the hull still.
+    /// Whether the face is still part of the hull.
     alive: bool,
 }
 
 struct Hull<'a> {
     points: &'a [DVec3],
     faces: Vec<Face>,
-    /// Faces that may have points waiting.
+    /// Faces that may have assigned points.
     open: Vec<u32>,
     /// For a vertex of the current horizon, the new face that starts there.
     starting_at: Vec<u32>,
 }
 
 impl<'a> Hull<'a> {
-    /// A tetrahedron, with all other points waiting at its faces.
+    /// A tetrahedron, with all other points assigned to its faces.
     fn start(points: &'a [DVec3]) -> Result<Self, HullError> {
         let [a, b, c, d] = first_corners(points).ok_or(HullError::Flat { points: points.len() })?;
         let mut hull = Self {
@@ -87,7 +85,7 @@ impl<'a> Hull<'a> {
             open: Vec::new(),
             starting_at: vec![0; points.len()],
         };
-        // Across the sides of (a, b, c) lie the faces that have them the other way round.
+        // Across the sides of (a, b, c) lie the faces that have them in opposite direction.
         hull.push([a, b, c], [1, 2, 3]);
         hull.push([b, a, d], [0, 3, 2]);
         hull.push([c, b, d], [0, 1, 3]);
@@ -101,14 +99,13 @@ impl<'a> Hull<'a> {
         (self.faces.len() - 1) as u32
     }
 
-    /// Six times the volume between face and point: positive exactly when the point sees the
-    /// face.
+    /// Six times the volume between face and point: positive exactly if the point sees the face.
     fn height(&self, face: u32, point: u32) -> f64 {
         let [a, b, c] = self.faces[face as usize].corners.map(|i| self.points[i as usize]);
         above(a, b, c, self.points[point as usize])
     }
 
-    /// Lets points wait at the first of the faces from `first` on that they see, if any.
+    /// Assigns points to the first face from `first` on that they see, if any.
     fn distribute(&mut self, points: impl Iterator<Item = u32>, first: u32) {
         let end = self.faces.len() as u32;
         for point in points {
@@ -119,7 +116,7 @@ impl<'a> Hull<'a> {
         self.open.extend((first..end).filter(|&f| !self.faces[f as usize].waiting.is_empty()));
     }
 
-    /// A face and the farthest point that waits there.
+    /// A face and the farthest point assigned to it.
     fn next_point(&mut self) -> Option<(u32, u32)> {
         while let Some(face) = self.open.pop() {
             if !self.faces[face as usize].alive {
@@ -134,8 +131,7 @@ impl<'a> Hull<'a> {
         None
     }
 
-    /// Replaces all faces that `apex` sees, `seen` being one of them, by the cone from their
-    /// border to it.
+    /// Replaces all faces that `apex` sees, including `seen`, by the cone from their border to `apex`.
     fn add(&mut self, seen: u32, apex: u32) {
         let mut waiting = Vec::new();
         let mut horizon = Vec::new();
@@ -184,8 +180,8 @@ impl<'a> Hull<'a> {
     }
 }
 
-/// Four points not in a plane, the fourth behind the first three: far apart by rounded measures,
-/// and exactly oriented.
+/// Four points not in a plane, the fourth behind the first three. Their distances are large by rounded measures, and
+/// their orientation is exact.
 fn first_corners(points: &[DVec3]) -> Option<[u32; 4]> {
     let farthest = |measure: &dyn Fn(DVec3) -> f64| {
         let measured = points.iter().enumerate().map(|(i, &p)| (measure(p), i));
@@ -204,8 +200,8 @@ fn first_corners(points: &[DVec3]) -> Option<[u32; 4]> {
     }
 }
 
-/// Positive exactly when `p` lies on the side of the plane from which a, b, c are
-/// counter-clockwise; zero exactly in the plane.
+/// Positive exactly if `p` lies on the side of the plane from which a, b, c are counter-clockwise; zero exactly in the
+/// plane.
 fn above(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
     let [a, b, c, p] = [a, b, c, p].map(|v| Coord3D { x: v.x, y: v.y, z: v.z });
     -orient3d(a, b, c, p)

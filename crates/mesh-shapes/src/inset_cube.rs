@@ -12,7 +12,7 @@ use mesh_core::PolygonSoup;
 /// the centres of the sides -x, +x, -y, +y, -z, +z.
 ///
 /// # Errors
-/// An inset below zero, not below one (where the centres meet), or not a number.
+/// An inset below zero, at least one (where the centres meet), or not a number.
 pub fn inset_cube(inset: f64) -> Result<PolygonSoup, ShapeError> {
     if !(0.0..1.0).contains(&inset) {
         return Err(ShapeError::OutOfRange {

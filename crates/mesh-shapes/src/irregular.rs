@@ -1,9 +1,9 @@
-//! How the irregular families of meshes are made irregular.
+//! Parameters of irregular meshes.
 
 use crate::error::ShapeError;
 use mesh_core::SplitMix64;
 
-/// The disorder of an irregular mesh, the same for the same seed.
+/// The irregularity of a mesh, reproducible from the seed.
 ///
 /// On shapes meshed over a lattice of parameters every vertex is moved by up to `jitter` lattice
 /// steps in both parameters (vertices on a border only along it) and every cell gets a random
@@ -25,9 +25,9 @@ impl Default for Irregular {
 }
 
 impl Irregular {
-    /// The largest jitter. Moving the corners of a unit right triangle by j in both directions
-    /// leaves it at least 1 - 4j of its area, and one of a row staggered by half a step
-    /// 1 - 5j: no triangle of the parameters turns over below one fifth.
+    /// The largest jitter. Moving the corners of a unit right triangle by j in both directions keeps at least 1 - 4j of
+    /// its area, and in a row staggered by half a step at least 1 - 5j: below one fifth, no triangle of the parameters
+    /// is reversed.
     pub const MAX_JITTER: f64 = 0.2;
 
     /// Refuses a jitter outside the allowed range.
@@ -44,7 +44,7 @@ impl Irregular {
         })
     }
 
-    /// The generator at its start.
+    /// The generator with its initial state.
     pub(crate) fn random(self) -> SplitMix64 {
         SplitMix64::new(self.seed)
     }

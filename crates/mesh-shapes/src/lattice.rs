@@ -1,11 +1,11 @@
-//! Triangle meshes over a lattice of two parameters, open or closed in each.
+//! Triangle meshes over a lattice of two parameters, each open or closed.
 
 use crate::error::{ShapeError, fits};
 use crate::irregular::Irregular;
 use glam::DVec3;
 use mesh_core::PolygonSoup;
 
-/// Which diagonal halves the cell a, b, c, d.
+/// The diagonal that halves the cell a, b, c, d.
 #[derive(Clone, Copy)]
 pub(crate) enum Diagonal {
     /// (a, b, c) and (a, c, d).
@@ -15,7 +15,7 @@ pub(crate) enum Diagonal {
 }
 
 impl Diagonal {
-    /// The first kind when `first`, otherwise the second.
+    /// The first kind if `first`, otherwise the second.
     fn either(first: bool) -> Self {
         if first { Self::AC } else { Self::BD }
     }
@@ -26,7 +26,7 @@ impl Diagonal {
 pub(crate) struct Axis {
     /// Number of cells.
     pub(crate) cells: usize,
-    /// Whether the last cell ends where the first begins.
+    /// Whether the last cell is adjacent to the first.
     pub(crate) closed: bool,
 }
 
@@ -55,8 +55,8 @@ pub(crate) struct Lattice {
 }
 
 impl Lattice {
-    /// The mesh whose vertex (row, column) is `point(row + jitter, column + jitter)`. Without
-    /// `irregular` nothing is moved and cells are cut by `diagonal(row, column)`.
+    /// The mesh whose vertex (row, column) is `point(row + jitter, column + jitter)`. Without `irregular` there is no
+    /// jitter and cells are cut by `diagonal(row, column)`.
     pub(crate) fn mesh(
         &self,
         irregular: Option<Irregular>,
@@ -66,7 +66,7 @@ impl Lattice {
         let irregular = irregular.map(Irregular::checked).transpose()?;
         let cells = self.rows.cells.checked_mul(self.columns.cells);
         let triangles = fits(cells.and_then(|cells| cells.checked_mul(2)))?;
-        // An open lattice has fewer than two vertices per cell, plus those of a single row.
+        // An open lattice has fewer than two vertices per cell, plus the vertices of a single row.
         let vertices = self.rows.vertices() * self.columns.vertices();
         let mut soup = PolygonSoup::with_capacity(vertices, triangles, 3 * triangles);
         let mut random = irregular.map(|irregular| (irregular.jitter, irregular.random()));

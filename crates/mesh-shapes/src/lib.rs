@@ -1,15 +1,14 @@
 //! Analytic test shapes: surfaces with exact curvature, and meshes whose vertices lie on them.
 //!
-//! A *surface* ([`Sphere`], [`Ellipsoid`], [`Torus`], [`Cylinder`], [`Catenoid`], [`Saddle`],
-//! [`Wave`], [`Plane`]) knows its normal and curvatures in closed form through
-//! [`AnalyticSurface`]; some also know distances through [`SignedDistance`]. Its methods that end
-//! in a mesh return a [`PolygonSoup`](mesh_core::PolygonSoup) of triangles, counter-clockwise seen
-//! from the side the normal points to. Each has a *regular* family, for convergence under
-//! refinement, and an *irregular* one, made from an explicit seed ([`Irregular`]).
+//! A *surface* ([`Sphere`], [`Ellipsoid`], [`Torus`], [`Cylinder`], [`Catenoid`], [`Saddle`], [`Wave`], [`Plane`]) has
+//! its normal and curvatures in closed form ([`AnalyticSurface`]); some also have distances ([`SignedDistance`]). Its
+//! mesh methods return a [`PolygonSoup`](mesh_core::PolygonSoup) of triangles, counter-clockwise seen from the side of
+//! the normal. Each surface has a *regular* family, for convergence under refinement, and an *irregular* one, made from
+//! an explicit seed ([`Irregular`]).
 //!
-//! Point sets and meshes without a surface behind them are free functions: the platonic solids
-//! ([`polyhedra`]), [`inset_cube`], the seven points of [`seven_points`].
-//! [`add_normal_noise`] and [`scramble`] spoil the vertices and the triangulation of a mesh.
+//! Free functions make point sets and meshes without an analytic surface: the platonic solids ([`polyhedra`]),
+//! [`inset_cube`], the seven points of [`seven_points`]. [`add_normal_noise`] and [`scramble`] perturb the vertices and
+//! the triangulation of a mesh.
 //!
 //! **Signs.** Curvatures are positive where the surface is convex seen from the side of its
 //! normal: a sphere of radius r has H = 1/r and K = 1/r². Every value is pointwise, in one over

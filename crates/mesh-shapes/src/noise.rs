@@ -5,8 +5,7 @@ use mesh_core::SplitMix64;
 
 use mesh_core::PolygonSoup;
 
-/// The mean length of the edges, each counted once however many faces share it; zero without
-/// faces.
+/// The mean length of the edges, each counted once even if several faces share it; zero without faces.
 #[must_use]
 pub fn mean_edge_length(soup: &PolygonSoup) -> f64 {
     let mut edges: Vec<(u32, u32)> = Vec::with_capacity(soup.corners().len());

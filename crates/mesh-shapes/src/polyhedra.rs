@@ -21,8 +21,8 @@ pub fn octahedron() -> PolygonSoup {
     )
 }
 
-/// The cube [-1, 1]³ with each side cut into two triangles. Corner `i` has its x, y, z at +1
-/// where bit 0, 1, 2 of `i` is set.
+/// The cube [-1, 1]³ with each side cut into two triangles. Corner `i` has x, y, z = +1 if bit 0, 1, 2 of `i` is set,
+/// else -1.
 #[must_use]
 pub fn cube() -> PolygonSoup {
     let triangles: Vec<[u32; 3]> =
@@ -100,7 +100,7 @@ fn fixed(corners: &[[i32; 3]], faces: &[[u32; 3]]) -> PolygonSoup {
     triangles(&corners, faces)
 }
 
-/// A soup of a handful of triangles.
+/// A soup of a few triangles.
 #[expect(clippy::expect_used, reason = "the callers' tables are far below the limit of corners")]
 pub(crate) fn triangles(corners: &[DVec3], faces: &[[u32; 3]]) -> PolygonSoup {
     PolygonSoup::from_triangles(corners, faces).expect("a table of a few triangles")

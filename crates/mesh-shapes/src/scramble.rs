@@ -2,11 +2,11 @@
 
 use mesh_core::{EdgeId, Handle, SplitMix64, TriMesh};
 
-/// Tries per flip before [`scramble`] gives up.
+/// Trials per flip before [`scramble`] gives up.
 const TRIES: usize = 1000;
 
-/// Flips random edges, `flips` times, wherever that is legal and `allowed`. Gives the number of
-/// flips: fewer than asked for if hardly any edge may flip.
+/// Flips random edges, `flips` times, if the flip is legal and `allowed`. Returns the number of flips: fewer than
+/// `flips` if hardly any edge may flip.
 pub fn scramble(
     mesh: &mut TriMesh,
     flips: usize,

@@ -1,8 +1,8 @@
 //! The seven points in convex position of Dyn, Hormann, Kim and Levin 2001, Fig. 4.
 //!
-//! The ten triangles of the figure are not the convex hull, yet a local minimum of the costs F1,
-//! F2 and F3 under single flips. (The minus signs and fractions of the coordinates are hard to
-//! read in print; these are the ones for which that holds.)
+//! The ten triangles of the figure are not the convex hull, but a local minimum of the costs F1, F2 and F3 under single
+//! flips. (The minus signs and fractions of the coordinates are hard to read in print; with these coordinates, the
+//! statement holds.)
 
 use crate::polyhedra::triangles;
 use glam::DVec3;

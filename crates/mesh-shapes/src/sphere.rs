@@ -66,9 +66,8 @@ impl Sphere {
         Ok(soup)
     }
 
-    /// The icosahedron after `level` steps that cut every triangle into four at its edges'
-    /// midpoints, pushed out to the sphere: 20 · 4^level triangles. The vertices of a level keep
-    /// their indices in the next.
+    /// The icosahedron after `level` steps that cut every triangle into four at its edges' midpoints, projected onto
+    /// the sphere: 20 · 4^level triangles. The vertices of a level keep their indices in the next.
     ///
     /// # Errors
     /// A bad radius; a level whose mesh exceeds 32-bit indices (above 13).
@@ -83,9 +82,9 @@ impl Sphere {
         self.scaled(&points, &faces)
     }
 
-    /// The icosahedron with each triangle cut into `frequency`² by lines parallel to its sides,
-    /// pushed out to the sphere: 20 · frequency² triangles. Any number of triangles is near one
-    /// of this family, where [`Sphere::icosphere`] goes in steps of four.
+    /// The icosahedron with each triangle cut into `frequency`² by lines parallel to its sides, projected onto the
+    /// sphere: 20 · frequency² triangles. The steps between numbers of triangles are finer than the factor of four of
+    /// [`Sphere::icosphere`].
     ///
     /// # Errors
     /// A bad radius; a frequency of zero, or one whose mesh exceeds 32-bit indices.
@@ -102,8 +101,8 @@ impl Sphere {
         self.scaled(&points, &faces)
     }
 
-    /// The icosphere with every vertex moved at random and put back on the sphere; connectivity
-    /// as [`Sphere::icosphere`].
+    /// The icosphere with every vertex moved randomly and projected back onto the sphere; connectivity as
+    /// [`Sphere::icosphere`].
     ///
     /// # Errors
     /// As [`Sphere::icosphere`]; a jitter out of range.
@@ -184,9 +183,8 @@ fn split_in_four(points: &mut Vec<DVec3>, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     split
 }
 
-/// Cuts one face into `n`² and appends what it does not share with the faces before it.
-/// `edges` maps an edge (smaller corner first) to the first of its inner vertices, which are
-/// numbered from the smaller corner on.
+/// Cuts one face into `n`² and appends the vertices that it does not share with the faces before it. `edges` maps an
+/// edge (smaller corner first) to the first of its inner vertices, which are numbered from the smaller corner.
 fn split_by_frequency(
     points: &mut Vec<DVec3>,
     faces: &mut Vec<[u32; 3]>,

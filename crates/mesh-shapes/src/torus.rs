@@ -42,11 +42,11 @@ impl Torus {
         self.lattice_mesh(rings, sides, Some(irregular))
     }
 
-    /// The mesh of Dyn, Hormann, Kim and Levin 2001, Fig. 5: as [`Torus::mesh`], but every other
-    /// ring is turned by half a step in v while the triangles go on joining equal j. Their
-    /// Table 1 has `rings` = 12 and `sides` = 6 on radii 5 and 2.
+    /// The mesh of Dyn, Hormann, Kim and Levin 2001, Fig. 5: as [`Torus::mesh`], but every other ring is turned by half
+    /// a step in v, and the triangles still join equal j. Table 1 of the paper uses `rings` = 12 and `sides` = 6 on
+    /// radii 5 and 2.
     ///
-    /// With an odd number of `rings` the last and the first are both unturned.
+    /// With an odd number of `rings`, both the last and the first are not turned.
     ///
     /// # Errors
     /// As [`Torus::mesh`].
@@ -87,7 +87,7 @@ impl Torus {
         lattice.mesh(irregular, point, |_, _| Diagonal::AC)
     }
 
-    /// The number of triangles, when radii and counts are good.
+    /// The number of triangles, if radii and counts are valid.
     fn check(&self, rings: usize, sides: usize) -> Result<usize, ShapeError> {
         positive("the major radius of the torus", self.major)?;
         positive("the minor radius of the torus", self.minor)?;

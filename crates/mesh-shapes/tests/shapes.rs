@@ -1,4 +1,4 @@
-//! The analytic shapes against finite differences, counting, brute force and published values.
+//! The analytic shapes compared with finite differences, counting, brute force and published values.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use glam::DVec3;
@@ -51,7 +51,7 @@ fn faces(soup: &PolygonSoup) -> Vec<[u32; 3]> {
     soup.faces().map(|face| face.try_into().unwrap()).collect()
 }
 
-/// Every triangle's normal points to the side of the surface's normal at all three corners.
+/// Checks that the normal of every triangle points to the side of the surface normal at all three corners.
 fn assert_facing(soup: &PolygonSoup, surface: &dyn AnalyticSurface) {
     for (f, [a, b, c]) in triangles(soup).into_iter().enumerate() {
         let normal = (b - a).cross(c - a);
@@ -87,7 +87,7 @@ fn assert_curvature(surface: &dyn AnalyticSurface, parameters: &[(f64, f64)]) {
         assert!(close(surface.gaussian_curvature(p), gaussian, size * size), "K at {u} {v}");
         assert!(close(surface.mean_curvature(p), mean, size), "H at {u} {v}");
 
-        // The three closed forms agree far more closely than differences can show.
+        // The three closed forms agree far more closely than finite differences can show.
         let exact = 1e-12 * size;
         assert!((0.5 * (principal.max + principal.min) - surface.mean_curvature(p)).abs() < exact);
         let product = principal.max * principal.min;
@@ -226,7 +226,7 @@ fn open_shapes_face_the_side_of_their_normal() {
             assert_facing(&soup, surface);
         }
     }
-    // The jitter keeps the square a square.
+    // The jitter keeps the outline of the square.
     assert!((area(&plane.irregular_mesh(16, bent).unwrap()) - 4.0).abs() < 1e-12);
 }
 
@@ -360,7 +360,7 @@ fn shifted_torus_has_the_errors_of_table_1() {
     assert_eq!(faces(&soup)[142..], [[71, 5, 66], [66, 5, 0]]);
     let n = 100;
     let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0.0_f64);
-    // Vertices are on the torus and counted once; points inside an edge come up twice.
+    // Vertices are on the torus and counted once; points inside an edge occur twice.
     let mut weights = soup.vertex_count() as f64;
     for [a, b, c] in triangles(&soup) {
         for i in 0..=n {
@@ -488,7 +488,7 @@ mod hull {
     use super::*;
     use robust::{Coord3D, orient3d};
 
-    /// Positive when `p` is outside of the triangle's plane.
+    /// Positive if `p` is on the outside of the triangle's plane.
     fn above([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
         let [a, b, c, p] = [a, b, c, p].map(|v| Coord3D { x: v.x, y: v.y, z: v.z });
         -orient3d(a, b, c, p)

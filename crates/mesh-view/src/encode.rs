@@ -1,4 +1,4 @@
-//! Arrays as text: compact binary in base64, each in an element of its own.
+//! Arrays as text: compact binary data in base64, each array in its own element.
 
 use std::collections::HashMap;
 
@@ -6,17 +6,17 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
-/// The data elements of a page, which the script reads by their numbers.
+/// The data elements of a page, which the script addresses by number.
 #[derive(Default)]
 pub(crate) struct Blobs<'p> {
     pub(crate) elements: String,
     count: usize,
-    /// The numbers of the pictures, by their bytes.
+    /// The number of each picture, by its bytes.
     pictures: HashMap<&'p [u8], usize>,
 }
 
 impl<'p> Blobs<'p> {
-    /// Adds a picture; its number. Each content is there once.
+    /// Adds a picture and returns its number. Equal pictures are stored once.
     pub(crate) fn picture(&mut self, bytes: &'p [u8]) -> usize {
         if let Some(&number) = self.pictures.get(bytes) {
             return number;
@@ -26,7 +26,7 @@ impl<'p> Blobs<'p> {
         number
     }
 
-    /// Adds an array; its number.
+    /// Adds an array and returns its number.
     pub(crate) fn bytes(&mut self, bytes: &[u8]) -> usize {
         let number = self.count;
         self.count += 1;
@@ -36,20 +36,20 @@ impl<'p> Blobs<'p> {
         number
     }
 
-    /// Adds numbers whose neighbours are near each other.
+    /// Adds integers; consecutive ones should be close to each other.
     pub(crate) fn integers(&mut self, values: impl IntoIterator<Item = u32>) -> usize {
         self.bytes(&integers(values))
     }
 
-    /// Adds numbers of 32 bits.
+    /// Adds 32-bit numbers.
     pub(crate) fn floats(&mut self, values: impl IntoIterator<Item = f32>) -> usize {
         let bytes: Vec<u8> = values.into_iter().flat_map(f32::to_le_bytes).collect();
         self.bytes(&bytes)
     }
 }
 
-/// Differences from one number to the next, zigzag (0, -1, 1, -2, ... become 0, 1, 2, 3, ...), in
-/// groups of seven bits from the lowest on, the eighth bit saying that another group follows.
+/// Differences between consecutive numbers, in zigzag order (0, -1, 1, -2, ... become 0, 1, 2, 3, ...), in groups of
+/// seven bits from the lowest on. The eighth bit means that another group follows.
 fn integers(values: impl IntoIterator<Item = u32>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut last = 0_u32;
@@ -66,8 +66,8 @@ fn integers(values: impl IntoIterator<Item = u32>) -> Vec<u8> {
     bytes
 }
 
-/// What 32 bits leave of numbers, in parts of the distance from one such number to the next:
-/// together good for nine digits. `None` if nothing is left.
+/// The rounding errors of 32-bit numbers, relative to the gap between adjacent ones. Together with them, the numbers
+/// have nine digits. `None` if there are no errors.
 pub(crate) fn remainders(values: &[f64]) -> Option<Vec<u8>> {
     let remainder = |&value: &f64| {
         let rounded = value as f32;
@@ -83,8 +83,8 @@ pub(crate) fn remainders(values: &[f64]) -> Option<Vec<u8>> {
     is_any.then(|| all.into_iter().map(|r| r as u8).collect())
 }
 
-/// A unit vector folded onto an octahedron, a byte per axis; (255, 255) where there is none.
-/// (Meyer et al. 2010, On floating-point normal vectors.)
+/// A unit vector folded onto an octahedron, one byte per axis; (255, 255) if there is no vector. (Meyer et al. 2010, On
+/// floating-point normal vectors.)
 pub(crate) fn octahedral(vector: Option<DVec3>) -> [u8; 2] {
     let Some(v) = vector.filter(|v| v.is_finite()) else { return [255; 2] };
     let sum = v.abs().element_sum();

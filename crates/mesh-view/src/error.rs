@@ -1,19 +1,19 @@
-//! Why there is no page.
+//! Errors of pages.
 
-/// What is wrong with what was to be shown.
+/// The reason why a page cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ViewError {
-    /// Nothing to show.
+    /// There is no mesh.
     #[error("a page needs at least one mesh")]
     NoMeshes,
-    /// A mesh without a face that can be drawn.
+    /// A mesh has no face that can be drawn.
     #[error("{name}: there are no faces to show")]
     NoFaces {
         /// The mesh.
         name: String,
     },
-    /// A list is longer or shorter than what it describes.
+    /// The length of a list does not match the elements that it describes.
     #[error("{name}: {what} has {found} entries, but there are {expected} {of}")]
     Length {
         /// The mesh.
@@ -22,31 +22,31 @@ pub enum ViewError {
         what: String,
         /// Its length.
         found: usize,
-        /// What it describes.
+        /// The elements that it describes.
         of: &'static str,
-        /// How many there are of those.
+        /// The number of these elements.
         expected: usize,
     },
-    /// A face refers to a vertex, or to a material or picture, that is not there.
+    /// A face refers to a missing vertex, material or picture.
     #[error("{name}: {what} {index} refers to number {value}, but there are only {count}")]
     Index {
         /// The mesh.
         name: String,
-        /// What refers.
+        /// The kind of element that holds the reference.
         what: &'static str,
-        /// Which one of them.
+        /// The index of this element.
         index: usize,
-        /// To what.
+        /// The value of the reference.
         value: u32,
-        /// How many there are.
+        /// The number of elements that it could refer to.
         count: usize,
     },
-    /// The content of a file contradicts itself.
+    /// The content of a file is inconsistent.
     #[error("{name}: {source}")]
     Model {
         /// The mesh.
         name: String,
-        /// The contradiction.
+        /// The inconsistency.
         source: mesh_io::ModelError,
     },
 }

@@ -1,4 +1,4 @@
-//! A mesh on the page, with everything that is said about it.
+//! A mesh on a page, with all its data.
 
 use glam::DVec3;
 use mesh_core::build::Triangulator;
@@ -8,20 +8,20 @@ use mesh_io::{Alpha, Model, Picture, PictureError, Pictures};
 use crate::error::ViewError;
 use crate::text::grouped;
 
-/// A mesh to be shown: triangles that need not form a manifold, and what is known of them.
+/// A mesh on a page: triangles, not necessarily a manifold, and data for them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exhibit {
-    /// The name over the picture.
+    /// The name above the picture.
     pub name: String,
-    /// The positions of the vertices; those of vertices without triangles need not be finite.
+    /// The positions of the vertices. Vertices without triangles may have non-finite positions.
     pub positions: Vec<DVec3>,
     /// The triangles.
     pub triangles: Vec<[u32; 3]>,
-    /// For every triangle the number of the face that it came from; without, its own.
+    /// For every triangle, the number of its original face; `None` if it is the index of the triangle.
     pub face_numbers: Option<Vec<u32>>,
-    /// Numbers to be shown as colours.
+    /// Numbers that can be shown as colours.
     pub fields: Vec<Field>,
-    /// Colours of the vertices: red, green, blue, opacity (which is not drawn).
+    /// Colours of the vertices: red, green, blue, opacity (the opacity is ignored).
     pub vertex_colors: Option<Vec<[u8; 4]>>,
     /// Colours of the triangles.
     pub face_colors: Option<Vec<[u8; 4]>>,
@@ -31,13 +31,13 @@ pub struct Exhibit {
     pub lines: Vec<Lines>,
     /// Directions at the vertices.
     pub directions: Vec<Directions>,
-    /// What the side panel says of it: names and values.
+    /// Facts for the side panel: names and values.
     pub facts: Vec<(String, String)>,
-    /// As a level of detail: the share of the height of the screen from which on it is shown.
+    /// For a level of detail: the share of the screen height from which on it is shown.
     pub coverage: Option<f64>,
 }
 
-/// What a field has values of.
+/// The elements that the values of a field belong to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum On {
     /// One value per vertex.
@@ -47,18 +47,18 @@ pub enum On {
     Faces,
 }
 
-/// Numbers under a name. Fields of several meshes with the same name have one colour scale.
+/// Named numbers. Fields of several meshes with the same name share one colour scale.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Field {
-    /// The quantity.
+    /// The name of the quantity.
     pub name: String,
-    /// What the values are of.
+    /// The elements that the values belong to.
     pub on: On,
-    /// The values; what is not finite has no colour.
+    /// The values; non-finite values have no colour.
     pub values: Vec<f64>,
-    /// Whether the colours start symmetric about zero.
+    /// Whether the initial colour range is symmetric about zero.
     pub signed: bool,
-    /// The values at the ends of the colours at first; without, the 2nd and 98th percentile.
+    /// The initial range of the colours; `None` for the 2nd and 98th percentile.
     pub range: Option<[f64; 2]>,
 }
 
@@ -71,7 +71,7 @@ impl Field {
         Self { name: name.into(), on, values, signed, range: None }
     }
 
-    /// What [`crate::Start::color`] calls it.
+    /// The key of the field in [`crate::Start::color`].
     #[must_use]
     pub fn key(&self) -> String {
         let on = match self.on {
@@ -82,10 +82,10 @@ impl Field {
     }
 }
 
-/// Straight lines in model units; those without length are dots.
+/// Straight lines in model units; lines of length zero are dots.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lines {
-    /// What they show.
+    /// Their name on the page.
     pub name: String,
     /// Their colour.
     pub color: [u8; 3],
@@ -93,19 +93,19 @@ pub struct Lines {
     pub width: f64,
     /// Their ends.
     pub segments: Vec<[DVec3; 2]>,
-    /// Whether they are seen at first.
+    /// Whether they are visible at first.
     pub shown: bool,
 }
 
 impl Lines {
-    /// Lines through points, seen at first.
+    /// Lines through points, visible at first.
     #[must_use]
     pub fn through(name: impl Into<String>, color: [u8; 3], points: &[DVec3]) -> Self {
         let segments = points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
         Self { name: name.into(), color, width: 2.5, segments, shown: true }
     }
 
-    /// Dots, seen at first.
+    /// Dots, visible at first.
     #[must_use]
     pub fn dots(name: impl Into<String>, color: [u8; 3], points: &[DVec3]) -> Self {
         let segments = points.iter().map(|&p| [p, p]).collect();
@@ -113,31 +113,31 @@ impl Lines {
     }
 }
 
-/// A direction at every vertex, up to sign, drawn as a short line.
+/// An undirected line element at every vertex, drawn as a short line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Directions {
-    /// What they show.
+    /// Their name on the page.
     pub name: String,
     /// Their colour.
     pub color: [u8; 3],
     /// The direction of each vertex, if it has one.
     pub vectors: Vec<Option<DVec3>>,
-    /// Whether they are seen at first.
+    /// Whether they are visible at first.
     pub shown: bool,
 }
 
-/// How the surface looks.
+/// The appearance of the surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Materials {
     /// The materials.
     pub surfaces: Vec<Surface>,
-    /// The material of every triangle, a place in `surfaces`.
+    /// The material of every triangle, an index into `surfaces`.
     pub of_face: Vec<u32>,
-    /// Where in the picture the corners of every triangle are; the origin is at the lower left.
+    /// Texture coordinates of the corners of every triangle; the origin is at the lower left.
     pub uvs: Option<Vec<[[f32; 2]; 3]>>,
     /// The pictures.
     pub pictures: Vec<Picture>,
-    /// The names of the pictures that were left out, and why.
+    /// The names of the pictures that were left out, with the reasons.
     pub left_out: Vec<(String, PictureError)>,
 }
 
@@ -148,13 +148,13 @@ pub struct Surface {
     pub name: String,
     /// Red, green, blue (as light) and opacity, multiplied with the picture.
     pub color: [f32; 4],
-    /// The picture, a place in [`Materials::pictures`].
+    /// The picture, an index into [`Materials::pictures`].
     pub picture: Option<u32>,
     /// From 0 (dielectric) to 1 (metal).
     pub metallic: f32,
     /// From 0 (mirror) to 1 (matt).
     pub roughness: f32,
-    /// What the opacity means.
+    /// The meaning of the opacity.
     pub alpha: Alpha,
 }
 
@@ -173,7 +173,7 @@ impl Default for Surface {
 }
 
 impl Exhibit {
-    /// A mesh by itself, with its counts as facts.
+    /// A mesh without further data, with its counts as facts.
     #[must_use]
     pub fn of_mesh(name: impl Into<String>, mesh: &TriMesh) -> Self {
         let topology = mesh.topology();
@@ -202,13 +202,12 @@ impl Exhibit {
         self
     }
 
-    /// The content of a file: every property as a field, colours, materials, nothing repaired.
+    /// The content of a file, without repairs: every property as a field, colours, materials.
     ///
-    /// Faces with a vertex that has no finite position are left out. A material whose picture was left out is
-    /// shown without it.
+    /// Faces with a non-finite vertex position are left out. A material whose picture was left out is shown without it.
     ///
     /// # Errors
-    /// The model contradicts itself.
+    /// The model is inconsistent.
     pub fn of_model(
         name: impl Into<String>,
         model: &Model,
@@ -252,7 +251,7 @@ impl Exhibit {
 /// The polygons of a soup as triangles.
 struct Cut {
     triangles: Vec<[u32; 3]>,
-    /// The face and the corners of the soup that each came from.
+    /// The original face of each triangle, and its corners in the soup.
     face: Vec<u32>,
     corners: Vec<[u32; 3]>,
 }
@@ -279,7 +278,7 @@ fn cut(soup: &PolygonSoup) -> Cut {
     cut
 }
 
-/// What the side panel says of a file.
+/// The facts about a file for the side panel.
 fn facts(soup: &PolygonSoup) -> Vec<(String, String)> {
     let Ok(diagnosis) = mesh_core::diagnose(soup) else {
         let counts = [("vertices", soup.vertex_count()), ("faces", soup.face_count())];

@@ -1,4 +1,4 @@
-//! The page around the data: one HTML file that may ask for nothing.
+//! The page around the data: one HTML file that cannot load anything else.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -9,11 +9,11 @@ use crate::text::{escaped, visible};
 const STYLE: &str = include_str!("page/style.css");
 const VIEWER: &str = include_str!("page/viewer.js");
 
-/// The element in the first kilobyte of every page by which a page of this crate is known.
+/// An element in the first kilobyte of every page, which identifies pages of this crate.
 pub const GENERATOR: &str = r#"<meta name="generator" content="curvmesh">"#;
 
-/// The whole file. Only the script and the style of this crate may run, named by their hashes, and
-/// no address may be asked for anything.
+/// The complete file. Only the script and the style of this crate may run, identified by their hashes. No requests to
+/// any address are allowed.
 pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
     let title = escaped(&visible(title));
     let [script, style] = [VIEWER, STYLE].map(hash);
@@ -54,7 +54,7 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
     )
 }
 
-/// The name that a content security policy has for a script or a style.
+/// The identifier of a script or a style in a content security policy.
 fn hash(text: &str) -> String {
     format!("sha256-{}", STANDARD.encode(Sha256::digest(text.as_bytes())))
 }
@@ -63,14 +63,14 @@ fn hash(text: &str) -> String {
 mod tests {
     use super::{STYLE, VIEWER};
 
-    /// Otherwise the element would end early, or the policy would not know it.
+    /// Otherwise the element would end early, or the hash in the policy would not match.
     #[test]
     fn script_and_style_can_stand_in_a_page() {
         for text in [STYLE, VIEWER] {
             assert!(!text.contains("</") && !text.contains("<!--") && !text.contains('\r'));
             assert!(!text.contains("http:") || text.matches("http:").count() == 1);
         }
-        // The one address is the name of SVG.
+        // The only address is the namespace of SVG.
         assert!(VIEWER.contains("'http://www.w3.org/2000/svg'"));
         for forbidden in
             ["innerHTML", "outerHTML", "insertAdjacentHTML", "eval(", "fetch(", "document.write"]

@@ -1,4 +1,4 @@
-//! What a page shows, and how that becomes text.
+//! The content of a page, and its conversion to text.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -23,19 +23,19 @@ pub struct Page {
     pub title: String,
     /// The meshes, in order.
     pub exhibits: Vec<Exhibit>,
-    /// How several meshes are arranged at first.
+    /// The initial arrangement of several meshes.
     pub layout: Layout,
-    /// What else the page starts with.
+    /// The other initial settings of the page.
     pub start: Start,
-    /// What the side panel says: what was done, with which options, with which errors.
+    /// The sections of the side panel: the operation, its options, its errors.
     pub report: Vec<Section>,
-    /// How exactly positions are kept.
+    /// The precision of positions.
     pub precision: Precision,
-    /// Meshes with more faces are shown with fewer, saying so.
+    /// Meshes with more faces are simplified, and the page says so.
     pub most_faces: usize,
 }
 
-/// How several meshes are arranged.
+/// The arrangement of several meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -44,22 +44,22 @@ pub enum Layout {
     /// Side by side, with one camera.
     #[default]
     Side,
-    /// One over the other, with a border between them that can be moved.
+    /// One over the other, with a movable border between them.
     Wipe,
-    /// In turns.
+    /// Alternating.
     Blink,
-    /// One of them.
+    /// One mesh at a time.
     One,
-    /// By the size on the screen, as levels of detail are; see [`Exhibit::coverage`].
+    /// By the size on the screen, for levels of detail; see [`Exhibit::coverage`].
     Distance,
 }
 
 impl Layout {
-    /// All of them.
+    /// All arrangements.
     pub const ALL: &'static [Self] =
         &[Self::Side, Self::Wipe, Self::Blink, Self::One, Self::Distance];
 
-    /// Its name, in small letters.
+    /// The name in lower case.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -72,43 +72,43 @@ impl Layout {
     }
 }
 
-/// What a page starts with; everything can be changed on it.
+/// The initial settings of a page; all of them can be changed on it.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
 pub struct Start {
-    /// The colours: [`Field::key`], `plain`, `material`, `vertexColors` or `faceColors`; without,
-    /// materials if there are any, then whatever else there is.
+    /// The colours: [`Field::key`], `plain`, `material`, `vertexColors` or `faceColors`. `None` for materials if there
+    /// are any, otherwise the first available kind.
     pub color: Option<String>,
-    /// The colour map; without, what suits the quantity.
+    /// The colour map; `None` for the usual one of the quantity.
     pub map: Option<ColorMap>,
-    /// The values at the ends of the colours; without, those of the field.
+    /// The range of the colours; `None` for the range of the field.
     pub range: Option<[f64; 2]>,
-    /// Smooth shading; without, for meshes of more than 20,000 faces.
+    /// Smooth shading; `None` to use it for meshes of more than 20,000 faces.
     pub smooth: Option<bool>,
-    /// Drawn edges; without, for meshes of up to 20,000 faces that have no materials.
+    /// Drawn edges; `None` to draw them for meshes of up to 20,000 faces without materials.
     pub edges: Option<bool>,
-    /// Lines that are seen at first besides those that say so: `Boundary`, `Non-manifold edges`,
-    /// `Sharp edges`.
+    /// Lines that are visible at first, besides those with their own setting: `Boundary`, `Non-manifold edges`, `Sharp
+    /// edges`.
     pub overlays: Vec<String>,
     /// The rotation of the model as a quaternion, x, y, z and w.
     pub turn: Option<[f64; 4]>,
 }
 
-/// How exactly positions are kept.
+/// The precision of positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Precision {
-    /// 65,536 steps along each side of the box: finer than a screen.
+    /// 65,536 steps along each side of the box, finer than a screen.
     #[default]
     Screen,
-    /// 32-bit floating-point numbers, relative to the middle of the box.
+    /// 32-bit floating-point numbers, relative to the centre of the box.
     Single,
 }
 
-/// A part of the side panel.
+/// A section of the side panel.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Section {
     /// Its heading.
@@ -117,16 +117,16 @@ pub struct Section {
     pub text: String,
     /// Names and values.
     pub rows: Vec<(String, String)>,
-    /// The heads of the columns of a table.
+    /// The column heads of a table.
     pub header: Vec<String>,
-    /// The lines of the table.
+    /// The rows of the table.
     pub lines: Vec<Vec<String>>,
-    /// Whether it is folded at first.
+    /// Whether it is collapsed at first.
     pub folded: bool,
 }
 
 impl Section {
-    /// Names and values.
+    /// A section with names and values.
     #[must_use]
     pub fn of_rows<N: Into<String>, V: Into<String>>(
         title: &str,
@@ -136,8 +136,8 @@ impl Section {
         Self { title: title.into(), rows, ..Self::default() }
     }
 
-    /// A JSON document as names and values, the names of inner ones behind those of outer ones;
-    /// lists of objects of the same shape are left out but for their number.
+    /// A JSON document as names and values. Nested names follow the outer ones. Lists of objects of the same shape are
+    /// replaced by their length.
     #[must_use]
     pub fn of_json(title: &str, document: &Value) -> Self {
         let mut rows = Vec::new();
@@ -186,11 +186,11 @@ fn short(value: &Value) -> String {
     }
 }
 
-/// Colours per map on the page.
+/// The number of colours per map on the page.
 const COLORS: usize = 256;
 
 impl Page {
-    /// The number of faces up to which meshes are shown as they are.
+    /// The largest number of faces of a mesh that is shown unchanged.
     pub const MOST_FACES: usize = 1_500_000;
 
     /// A page of these meshes, side by side.
@@ -207,11 +207,11 @@ impl Page {
         }
     }
 
-    /// The page as an HTML file that needs no other.
+    /// The page as a self-contained HTML file.
     ///
     /// # Errors
-    /// There is no mesh or one has no faces, a list is not as long as what it describes, or an index
-    /// is out of range.
+    /// There is no mesh, or a mesh has no faces; the length of a list does not match its elements; or an index is out
+    /// of range.
     pub fn to_html(&self) -> Result<String, ViewError> {
         if self.exhibits.is_empty() {
             return Err(ViewError::NoMeshes);
@@ -272,7 +272,7 @@ impl Page {
         let center = bounds.center();
         let local = |v: u32| {
             let p = exhibit.positions[v as usize];
-            // Only vertices without faces may be anywhere.
+            // Only vertices without faces can have any position.
             if p.is_finite() { p.clamp(bounds.min, bounds.max) - center } else { DVec3::ZERO }
         };
         let positions: Vec<DVec3> = shown.vertices().map(local).collect();
@@ -330,7 +330,7 @@ impl Page {
         let low = local.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = local.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
         let steps = f64::from(u16::MAX);
-        // A step of zero would be no step, where the mesh is flat.
+        // In a direction in which the mesh is flat, the step would be zero.
         let step = ((high - low) / steps).max(DVec3::splat(f64::MIN_POSITIVE));
         let numbers = local.iter().flat_map(|&p| ((p - low) / step).round().to_array());
         let bytes: Vec<u8> = numbers.flat_map(|x| (x as u16).to_le_bytes()).collect();
@@ -341,13 +341,13 @@ impl Page {
     }
 }
 
-/// What of a mesh is on the page.
+/// The part of a mesh that is on the page.
 struct Shown<'a> {
     exhibit: &'a Exhibit,
-    /// The vertices and triangles of the exhibit that are left; without, all.
+    /// The remaining vertices and triangles of the exhibit; `None` for all.
     vertices: Option<Vec<u32>>,
     faces: Option<Vec<u32>>,
-    /// The corners, as places among the vertices shown.
+    /// The corners, as indices into the shown vertices.
     triangles: Cow<'a, [[u32; 3]]>,
 }
 
@@ -387,14 +387,14 @@ impl<'a> Shown<'a> {
         }
     }
 
-    /// The numbers of the faces, where they are not just counted.
+    /// The numbers of the faces, unless they are just the indices.
     fn face_numbers(&self) -> Option<Vec<u32>> {
         let of_exhibit = |f: u32| self.exhibit.face_numbers.as_ref().map_or(f, |n| n[f as usize]);
         let is_counted = self.faces.is_none() && self.exhibit.face_numbers.is_none();
         (!is_counted).then(|| self.faces().map(of_exhibit).collect())
     }
 
-    /// The box of the vertices in use.
+    /// The box of the used vertices.
     fn bounds(&self) -> Result<BoundingBox, ViewError> {
         let nothing = || ViewError::NoFaces { name: self.exhibit.name.clone() };
         let corners = self.exhibit.triangles.as_flattened().iter();
@@ -421,7 +421,7 @@ impl<'a> Shown<'a> {
 
     fn materials<'p>(&self, materials: &'p Materials, blobs: &mut Blobs<'p>) -> Value {
         let list = materials.surfaces.iter().map(|surface| {
-            // Negative for blended surfaces, positive for the least opacity that is drawn.
+            // Negative for blended surfaces; positive for the smallest opacity that is drawn.
             let alpha = match surface.alpha {
                 Alpha::Blend => -1.0,
                 Alpha::Mask(cutoff) => f64::from(cutoff).clamp(0.004, 1.0),
@@ -447,7 +447,7 @@ impl<'a> Shown<'a> {
                 let mut all = keys.clone();
                 all.sort_unstable();
                 all.dedup();
-                // In the order of their first use, so that neighbours are near each other.
+                // In the order of first use, so that neighbours are close to each other.
                 let mut place = vec![u32::MAX; all.len()];
                 let (mut used, mut index) = (Vec::new(), Vec::with_capacity(keys.len()));
                 for key in &keys {
@@ -470,9 +470,9 @@ impl<'a> Shown<'a> {
     }
 }
 
-/// For every vertex the first at the same place; `None` if no two are.
+/// For every vertex, the first vertex at the same position; `None` if all positions differ.
 fn same(positions: &[DVec3]) -> Option<Vec<u32>> {
-    // Adding zero makes one of the two zeros.
+    // Adding zero turns -0 into 0.
     let key = |v: u32| positions[v as usize].to_array().map(|x| (x + 0.0).to_bits());
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
     order.sort_unstable_by_key(|&v| (key(v), v));
@@ -487,10 +487,10 @@ fn same(positions: &[DVec3]) -> Option<Vec<u32>> {
     is_any.then_some(first)
 }
 
-/// The fields with names that are each there once on their kind of element.
+/// The fields with names that are unique for their kind of element.
 fn unique(fields: &[Field]) -> Vec<(String, &Field)> {
     let mut taken = HashSet::new();
-    // By the name: the last number that it was given. The search goes on from there.
+    // The last number given to each name. The search continues from there.
     let mut last: HashMap<_, u64> = HashMap::new();
     let mut named = Vec::with_capacity(fields.len());
     for field in fields {
@@ -508,7 +508,7 @@ fn unique(fields: &[Field]) -> Vec<(String, &Field)> {
     named
 }
 
-/// Whether every list is as long as what it describes and every index is in range.
+/// Checks that every list has the length of its elements and every index is in range.
 fn check(exhibit: &Exhibit) -> Result<(), ViewError> {
     let (vertices, faces) = (exhibit.positions.len(), exhibit.triangles.len());
     let length = |what: &str, found: usize, of: &'static str, expected: usize| {
@@ -574,7 +574,7 @@ fn check(exhibit: &Exhibit) -> Result<(), ViewError> {
 mod tests {
     use super::*;
 
-    /// Searching for a free number from the start each time would take a hundred thousand times as long.
+    /// A search for a free number from the start each time would take a hundred thousand times as long.
     #[test]
     fn fields_of_one_name_are_numbered() {
         let mut fields = vec![Field::new("m (3)", On::Vertices, Vec::new())];

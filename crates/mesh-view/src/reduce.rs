@@ -1,29 +1,28 @@
-//! Meshes that are too large for a page, with fewer faces.
+//! Simplification of meshes that are too large for a page.
 //!
-//! Vertices that share a cell of a grid become one of them, the nearest to their mean (Rossignac and
-//! Borrel 1993, Multi-resolution 3D approximations for rendering complex scenes). That is coarse,
-//! but takes any soup of triangles in linear time, and what is left has the values and numbers of
-//! the original.
+//! All vertices in a grid cell are replaced by the vertex nearest to their mean (Rossignac and Borrel 1993,
+//! Multi-resolution 3D approximations for rendering complex scenes). The method is coarse, but it works for any
+//! triangle soup in linear time, and the remaining vertices and faces keep their values and numbers.
 
 use glam::DVec3;
 
-/// What is left of a mesh.
+/// A simplified mesh.
 pub(crate) struct Reduced {
-    /// The vertices that are left, in growing order.
+    /// The remaining vertices, in ascending order.
     pub(crate) vertices: Vec<u32>,
-    /// The faces that are left, in growing order.
+    /// The remaining faces, in ascending order.
     pub(crate) faces: Vec<u32>,
-    /// The corners of these faces, as places in `vertices`.
+    /// The corners of these faces, as indices into `vertices`.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
-/// The mesh with at most `limit` faces, or about as many as a coarse grid leaves.
+/// The mesh with at most `limit` faces, or about the number that a coarse grid leaves.
 pub(crate) fn reduce(positions: &[DVec3], triangles: &[[u32; 3]], limit: usize) -> Reduced {
     let used = || triangles.as_flattened().iter().map(|&v| positions[v as usize]);
     let low = used().fold(DVec3::INFINITY, DVec3::min);
     let extent = (used().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max(DVec3::ZERO);
     let longest = extent.max_element().max(f64::MIN_POSITIVE);
-    // A surface has about as many cells as the square of the cells along a side.
+    // The number of cells of a surface grows with the square of the number of cells along a side.
     let (mut coarse, mut fine) = (1_u32, 1 << 12);
     let mut best = None;
     while fine - coarse > 1 + coarse / 16 {
@@ -64,7 +63,7 @@ fn cluster(positions: &[DVec3], triangles: &[[u32; 3]], low: DVec3, density: f64
         let [a, b, c] = corners.map(|v| chosen[v as usize]);
         (a != b && b != c && c != a).then_some((face as u32, [a, b, c]))
     });
-    // Of faces that have become the same, one is enough.
+    // Of faces that have become equal, only one is kept.
     let mut keyed: Vec<([u32; 3], u32, [u32; 3])> = kept
         .map(|(face, corners)| {
             let mut key = corners;

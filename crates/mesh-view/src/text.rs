@@ -1,7 +1,7 @@
-//! Names from files, made harmless.
+//! Names from files, made safe to show.
 
-/// The text with everything that has no shape of its own, or changes what is around it, written
-/// out: control characters, marks of writing direction, invisible characters.
+/// The text with escapes for all characters that are invisible or affect the text around them: control characters,
+/// marks of writing direction, invisible characters.
 pub(crate) fn visible(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -37,20 +37,20 @@ pub(crate) fn escaped(text: &str) -> String {
     safe
 }
 
-/// JSON for the inside of a script element, which ends at `</script` and may be thrown off by
-/// `<!--`: without any of the letters that begin them.
+/// JSON for the inside of a script element. An element ends at `</script`, and `<!--` changes the parsing, so their
+/// first letters are escaped.
 pub(crate) fn json(value: &serde_json::Value) -> String {
     value.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 
-/// A name for a file of the reader's: letters, digits, dots and dashes of ASCII.
+/// A name for a file on the reader's machine: ASCII letters, digits, dots and dashes.
 pub(crate) fn file_name(text: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { ' ' };
     let words: String = text.chars().take(80).map(plain).collect();
     words.split_whitespace().collect::<Vec<_>>().join("-")
 }
 
-/// A whole number with its thousands apart.
+/// An integer with separated thousands.
 pub(crate) fn grouped(number: usize) -> String {
     let digits = number.to_string();
     let mut text = String::new();

@@ -1,5 +1,5 @@
-//! Pages in headless Chromium: they open from a file without a request, show something, turn, and
-//! tell what is in the input. Skipped with a printed reason where there is no Chromium.
+//! Pages in headless Chromium: they open from a file without requests, show the mesh, rotate it, and report the input
+//! correctly. Without Chromium the tests are skipped, and print the reason.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 mod browser;
@@ -29,7 +29,7 @@ fn exhibit(name: &str) -> Exhibit {
     exhibit
 }
 
-/// The page as a file; the folder goes when it is dropped.
+/// The page as a file; the folder is removed when the value is dropped.
 fn file(page: &Page) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("page.html");
@@ -47,12 +47,12 @@ fn a_page_opens_turns_and_tells_values() {
     page.report.push(Section::of_rows("Report", [("faces", "many")]));
     let (_folder, path) = file(&page);
     browser.open_view(&path);
-    // The outline of the focus would be a difference.
+    // The focus outline would count as a difference.
     browser.eval("canvas.style.outline = 'none'; 1");
     let first = browser.canvas();
     assert!(first.inked() > 0.15 && first.colors() > 20, "{} {}", first.inked(), first.colors());
 
-    // Turning, by pointer and by key.
+    // Rotation by pointer and by key.
     browser.drag([400.0, 400.0], [520.0, 430.0]);
     let turned = browser.canvas();
     assert!(turned.difference(&first) > 0.02);
@@ -68,7 +68,7 @@ fn a_page_opens_turns_and_tells_values() {
     let quantity = browser.text("document.getElementById('quantity').textContent");
     assert_eq!(quantity, "area");
 
-    // Another range, by hand, by percentiles, logarithmic.
+    // Other ranges: set by hand, by percentiles, logarithmic.
     browser.set("low", "0.5");
     browser.set("high", "0.6");
     assert_eq!(browser.text("curvmesh.state.range"), "given");
@@ -87,7 +87,7 @@ fn a_page_opens_turns_and_tells_values() {
     let invalid = browser.text("document.getElementById('low').getAttribute('aria-invalid')");
     assert_eq!(invalid, "true", "a logarithm has no negative end");
 
-    // The page is about as exact as it says.
+    // The precision of the page is about as stated.
     browser.set("color", "vertex:wave");
     browser.press("0");
     let mut found = 0;
@@ -126,7 +126,7 @@ fn rows(hit: &Value) -> Vec<(String, String)> {
     hit["rows"].as_array().unwrap().iter().map(|row| (text(&row[0]), text(&row[1]))).collect()
 }
 
-/// Whether what is printed is the number to seven digits.
+/// Whether a printed number agrees with the value to seven digits.
 fn same_digits(printed: f64, value: f64) {
     let rounded: f64 = format!("{value:.6e}").parse().unwrap();
     assert!((printed - rounded).abs() <= 1e-15 * rounded.abs(), "{printed} for {value}");
@@ -135,11 +135,11 @@ fn same_digits(printed: f64, value: f64) {
 #[test]
 fn two_views_are_in_step() {
     let Some(mut browser) = Browser::start(LARGE) else { return };
-    // The same mesh twice: whatever the camera does, both halves show the same.
+    // The same mesh twice: for any camera, both halves show the same.
     let page = Page::new("Twice", vec![exhibit("one"), exhibit("other")]);
     let (_folder, path) = file(&page);
     browser.open_view(&path);
-    // Names over the pictures differ, and the outline of the focus is round both.
+    // The names above the pictures differ, and the focus outline surrounds both.
     browser.eval("canvas.style.outline = 'none'; 1");
     browser.eval("document.getElementById('names').hidden = true; document.getElementById('bar').hidden = true; 1");
     for step in 0..3 {
@@ -153,7 +153,7 @@ fn two_views_are_in_step() {
         assert!(left.inked() > 0.1);
         assert!(left.difference(&right) < 0.01, "{}", left.difference(&right));
     }
-    // The same place under the pointer in both halves.
+    // The pointer refers to the same position in both halves.
     browser.press("0");
     let hits = browser.eval(
         "(() => { const w = canvas.clientWidth / 2; return [curvmesh.point(w * 0.3, 400), curvmesh.point(w * 1.3, 400)]; })()",
@@ -197,12 +197,11 @@ fn levels_change_with_the_size_on_the_screen() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
-/// Lines, dots, directions, boundaries, non-manifold and sharp edges are drawn where they are asked
-/// for, and not otherwise.
+/// Lines, dots, directions, boundaries, non-manifold and sharp edges are drawn only when requested.
 #[test]
 fn overlays_are_drawn() {
     let Some(mut browser) = Browser::start(LARGE) else { return };
-    // Three squares that meet in an edge: 9 boundary edges, 1 of three faces.
+    // Three squares with a common edge: 9 boundary edges, and 1 edge with three faces.
     let positions: Vec<DVec3> = [
         [0.0, 0.0, 0.0],
         [0.0, 1.0, 0.0],
@@ -239,7 +238,7 @@ fn overlays_are_drawn() {
         browser.settle();
         let with = browser.canvas();
         if name == "Sharp edges" {
-            // The only inner edges are flat, and the one of three faces is no sharp edge.
+            // The only inner edges are flat, and the edge with three faces is not sharp.
             assert_eq!(with.difference(&bare), 0.0);
         } else {
             assert!(with.difference(&bare) > 1e-4, "{name}: {}", with.difference(&bare));
@@ -251,7 +250,7 @@ fn overlays_are_drawn() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
-/// A square with a picture of four colours shows all four, each in its corner.
+/// A square with a picture of four colours shows each colour in its corner.
 #[test]
 fn textures_are_where_they_belong() {
     let Some(mut browser) = Browser::start(LARGE) else { return };
@@ -350,14 +349,14 @@ fn hostile_names_do_nothing() {
         browser.eval("[...document.querySelectorAll('#color option')].map(o => o.textContent)");
     let options: Vec<String> = serde_json::from_value(options).unwrap();
     assert!(options.iter().any(|o| o.contains("⟨U+202E⟩txet")), "{options:?}");
-    // Nothing can be asked for, not even by a script that got in.
+    // Nothing can be requested, not even by an injected script.
     let blocked = browser.eval("fetch('http://127.0.0.1:9/').then(() => 'sent', () => 'blocked')");
     assert_eq!(blocked, "blocked");
     browser.eval("{ const s = document.createElement('script'); s.textContent = 'window.hacked = 2'; document.body.append(s); 1 }");
     assert_eq!(browser.eval("window.hacked"), Value::Null);
 }
 
-/// Every control is reached with the Tab key, has a name, and the focus can be seen.
+/// Every control can be reached with the Tab key, has a name, and shows the focus.
 #[test]
 fn the_keyboard_reaches_everything() {
     let Some(mut browser) = Browser::start(LARGE) else { return };
@@ -385,7 +384,7 @@ fn the_keyboard_reaches_everything() {
         reached.insert(here[0].as_u64().unwrap());
     }
     assert_eq!(reached.len() as u64, wanted.as_u64().unwrap());
-    // Every key that is listed does something.
+    // Every listed key has an effect.
     browser.eval("document.getElementById('canvas').focus(); 1");
     browser.press("x");
     assert!(browser.eval("document.getElementById('live').textContent.length > 5") == true);
@@ -404,7 +403,7 @@ fn the_keyboard_reaches_everything() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
-/// WCAG 2.1: words at least 4.5 to 1, borders of controls and the focus at least 3 to 1.
+/// WCAG 2.1: contrast of text at least 4.5 to 1, of control borders and focus at least 3 to 1.
 #[test]
 fn contrast_is_enough() {
     let Some(mut browser) = Browser::start(LARGE) else { return };
@@ -439,7 +438,7 @@ fn luminance(color: &str) -> f64 {
     0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2)
 }
 
-/// On a phone nothing is wider than the window, and a finger turns the mesh.
+/// On a phone nothing is wider than the window, and a finger rotates the mesh.
 #[test]
 fn a_phone_shows_everything() {
     let Some(mut browser) = Browser::start([390, 780]) else { return };
@@ -463,7 +462,7 @@ fn a_phone_shows_everything() {
     browser.settle();
     let turned = browser.canvas();
     assert!(turned.difference(&first) > 0.02);
-    // Two fingers apart: nearer.
+    // Two fingers moving apart zoom in.
     let before = browser.number("curvmesh.state.half");
     let two = |d: f64| serde_json::json!([{ "x": 180.0 - d, "y": 300.0, "id": 1 }, { "x": 180.0 + d, "y": 300.0, "id": 2 }]);
     touch(&mut browser, "touchStart", two(30.0));
@@ -497,7 +496,7 @@ fn large_meshes_are_simplified_and_say_so() {
     same_digits(wave, shown.fields[0].values[vertex]);
 }
 
-/// A folder of real meshes, if there is one.
+/// A real mesh from the folder in `CURVMESH_MODELS`, if it is set.
 fn model(name: &str) -> Option<Model> {
     let Some(folder) = std::env::var_os("CURVMESH_MODELS") else {
         eprintln!("skipped: CURVMESH_MODELS names no folder");
@@ -506,8 +505,8 @@ fn model(name: &str) -> Option<Model> {
     Some(mesh_io::read(PathBuf::from(folder).join(name)).unwrap())
 }
 
-/// Igea with three properties: below 25 bytes per face, and the first picture soon. (That it takes
-/// less than three seconds on an idle machine is on record; here machines are shared.)
+/// Igea with three properties: less than 25 bytes per face, and an early first picture. (Less than three seconds on an
+/// idle machine was measured separately; test machines are shared.)
 #[test]
 fn a_scan_takes_few_bytes() {
     let Some(model) = model("igea.ply") else { return };

@@ -5,7 +5,7 @@ use mesh_core::{FaceMap, TriMesh};
 
 use crate::quantity::{Integrals, Quantity};
 
-/// The curvature of every face, with the reasons where it is unknown or uncertain.
+/// The curvature of every face, and the faces where it is unknown or uncertain.
 #[derive(Clone, Debug)]
 pub struct FaceValues {
     /// Curvatures and frames. `None` for a face whose curvature is unknown: it has no area, its sections

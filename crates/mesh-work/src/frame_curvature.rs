@@ -9,7 +9,7 @@ use mesh_core::{TriMesh, VertexMap};
 
 use crate::quantity::{Integrals, Quantity};
 
-/// What is known of a vertex.
+/// The curvature of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameValue {
     /// Principal curvatures and directions.
@@ -20,7 +20,7 @@ pub struct FrameValue {
     pub mean: f64,
 }
 
-/// Principal curvatures and directions of every vertex; nothing of those that have none.
+/// Principal curvatures and directions of every vertex; `None` for vertices that have none.
 #[derive(Clone, Debug)]
 pub struct FrameValues {
     /// By vertex.
@@ -30,7 +30,7 @@ pub struct FrameValues {
     /// Whether the default radius was reduced because balls contain very many faces; see
     /// [`default_ball_radius`].
     pub radius_reduced: bool,
-    /// How many rings of neighbours surfaces were fitted to.
+    /// The number of rings of neighbours that the surfaces were fitted to.
     pub rings: Option<usize>,
 }
 
@@ -55,15 +55,15 @@ impl BallRadius {
 }
 
 impl FrameValues {
-    /// From quadratic surfaces fitted to so many rings of neighbours.
+    /// From quadratic surfaces fitted to this number of rings of neighbours.
     #[must_use]
     pub fn fitted(mesh: &TriMesh, rings: usize) -> Self {
         let options = FitOptions { rings, ..FitOptions::default() };
         Self::of_fits(&fitted_frames(mesh, &options), rings)
     }
 
-    /// As [`FrameValues::fitted`], until `stops` says so, which is asked before each vertex by any
-    /// thread and stays with its answer; `None` then.
+    /// As [`FrameValues::fitted`], until `stops` returns true; then `None`. Any thread calls `stops` before each
+    /// vertex. Once true, it must stay true.
     #[must_use]
     pub fn fitted_until(
         mesh: &TriMesh,
@@ -88,8 +88,8 @@ impl FrameValues {
         Ok(Self::of_balls(&ball_curvatures(mesh, size.radius)?, size))
     }
 
-    /// As [`FrameValues::averaged`], until `stops` says so, which is asked before each vertex by any
-    /// thread and stays with its answer; `None` then.
+    /// As [`FrameValues::averaged`], until `stops` returns true; then `None`. Any thread calls `stops` before each
+    /// vertex. Once true, it must stay true.
     ///
     /// # Errors
     /// The radius is not positive.

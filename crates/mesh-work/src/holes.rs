@@ -6,8 +6,8 @@ use mesh_core::fill::{FillOptions, FillReport};
 use crate::loaded::Loaded;
 
 impl Loaded {
-    /// Fills holes. A new corner takes the attributes of another corner at its vertex, a new face those of a face
-    /// beside the hole, and a new vertex those of a vertex on the rim.
+    /// Fills holes. A new corner takes the attributes of another corner at its vertex, a new face takes the attributes
+    /// of a face beside the hole, and a new vertex takes the attributes of a vertex on the rim.
     pub fn fill_holes(&mut self, options: &FillOptions) -> FillReport {
         let (mesh, sources) = (&mut self.mesh, &mut self.provenance);
         let mut any_corner = vec![0; mesh.topology().vertex_capacity()];

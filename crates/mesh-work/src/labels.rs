@@ -2,13 +2,13 @@
 
 use mesh_io::Model;
 
-/// No numbers of the mesh have this name.
+/// The mesh has no numbers with this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there are no numbers named {name}; there are: {known}")]
 pub struct UnknownNumbers {
-    /// The name that was asked for.
+    /// The requested name.
     pub name: String,
-    /// The names that there are.
+    /// The existing names.
     pub known: String,
 }
 

@@ -1,4 +1,4 @@
-//! Lengths as people give them: in model units, or as shares of the diagonal of the bounding box.
+//! Lengths given by users: in model units, or as shares of the diagonal of the bounding box.
 
 use std::str::FromStr;
 
@@ -9,17 +9,17 @@ use mesh_core::TriMesh;
 #[error("the mesh has no extent that lengths could be relative to")]
 pub struct NoExtent;
 
-/// A length as it was given.
+/// A length as given by the user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Length {
-    /// In model units, or a share of the diagonal where lengths are relative.
+    /// In model units, or a share of the diagonal if lengths are relative.
     Plain(f64),
-    /// A share of the diagonal, of one hundred.
+    /// A share of the diagonal, in percent.
     Percent(f64),
 }
 
 impl Length {
-    /// The length in model units. The diagonal is asked for only where it matters.
+    /// The length in model units. `diagonal` is called only if it is needed.
     ///
     /// # Errors
     /// There is no diagonal, and the length is a share of it.
@@ -79,7 +79,7 @@ impl FromStr for Length {
     }
 }
 
-/// Reads a length that is not zero.
+/// Reads a positive length.
 ///
 /// # Errors
 /// The text is no number, with or without a percent sign, or not above zero.

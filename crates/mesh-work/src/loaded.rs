@@ -111,7 +111,7 @@ impl Loaded {
     }
 }
 
-/// Whether a repair that leaves no choice may let the build succeed.
+/// Whether an unambiguous repair may let the build succeed.
 fn is_repairable(error: &BuildError) -> bool {
     !matches!(
         error,

@@ -1,11 +1,11 @@
-//! Normals of a simplified mesh: those of the file where they still fit.
+//! Normals of a simplified mesh: the normals of the file where they still fit.
 
 use glam::DVec3;
 use mesh_core::{HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, angle_between};
 
-/// Replaces the normals of corners that are farther than `crease` from the surface, as they are on
-/// the wrong side of a crease, by the mean of the faces round the vertex that are not beyond edges
-/// sharper than that. `normals` are by face and corner.
+/// Replaces normals that differ by more than `crease` from the surface, as on the wrong side of a crease. The new
+/// normal is the mean over the faces around the vertex that are not across an edge sharper than `crease`. `normals` are
+/// by face and corner.
 pub(crate) fn settle_normals(normals: &mut [[[f32; 3]; 3]], mesh: &TriMesh, crease: f64) {
     let topology = mesh.topology();
     let mut smooth = topology.half_edge_map(DVec3::ZERO);
@@ -22,14 +22,14 @@ pub(crate) fn settle_normals(normals: &mut [[[f32; 3]; 3]], mesh: &TriMesh, crea
     }
 }
 
-/// Gives each corner at a vertex the sum of the vector areas of the faces that it reaches round the
-/// vertex without passing a crease.
+/// Sums, for each corner at a vertex, the vector areas of the faces that can be reached around the vertex without
+/// crossing a crease.
 fn smooth_corners(mesh: &TriMesh, v: VertexId, crease: f64, smooth: &mut HalfEdgeMap<DVec3>) {
     let topology = mesh.topology();
     let corners: Vec<HalfEdgeId> =
         topology.outgoing(v).filter(|&h| !topology.is_exterior(h)).collect();
     let normal = |h: HalfEdgeId| topology.face(h).map_or(DVec3::ZERO, |f| mesh.face_cross(f));
-    // Between a corner and the one before it, round the circle.
+    // Between a corner and the previous one, cyclically.
     let breaks = |i: usize| {
         let before = corners[(i + corners.len() - 1) % corners.len()];
         let gap = i == 0 && topology.is_boundary_vertex(v);

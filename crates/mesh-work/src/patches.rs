@@ -1,4 +1,4 @@
-//! Single patches, and covers as the content of files.
+//! Single patches, and patch covers as the content of files.
 
 use curvpatch::{
     Cover, CoverMethod, CoverPatch, CurvatureEstimator, FitError, FitTest, OptionError, PatchSizer,
@@ -29,7 +29,7 @@ pub enum PatchWorkError {
     Size(#[from] TooManyCorners),
 }
 
-/// The one patch of given radius at a face, as a cover; of several shapes the one that covers more.
+/// The patch of a given radius at a face, as a cover; of several shapes, the one that covers more.
 ///
 /// # Errors
 /// The surface has no patch of this radius there.
@@ -58,7 +58,7 @@ pub fn patch_of_radius(
     Ok(single(mesh, patch, tolerance))
 }
 
-/// The largest patch at a face that keeps what `options` say, as a cover.
+/// The largest patch at a face that satisfies `options`, as a cover.
 ///
 /// # Errors
 /// An option is out of its range, or there is no such patch.
@@ -95,8 +95,8 @@ fn single(mesh: &TriMesh, patch: Option<CoverPatch>, tolerance: f64) -> Cover {
     }
 }
 
-/// A cover as triangles: coloured by patch, with normals, and the number of the patch (-1 for
-/// triangles that stay) as a number per face. `cut` is how far triangles may be from a patch.
+/// A cover as triangles: coloured by patch, with normals, and with the number of the patch (-1 for triangles that stay)
+/// as a number per face. `cut` is the largest distance of triangles from a patch.
 ///
 /// # Errors
 /// `cut` is too fine or not positive, or there are too many triangles.
@@ -134,7 +134,7 @@ pub fn splat_model(splats: &[Splat]) -> Model {
     }
 }
 
-/// A colour as files have it.
+/// A colour as stored in files.
 fn opaque([red, green, blue]: [u8; 3]) -> [f32; 4] {
     let [red, green, blue] = [red, green, blue].map(|c| f32::from(c) / 255.0);
     [red, green, blue, 1.0]

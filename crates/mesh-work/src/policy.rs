@@ -1,4 +1,4 @@
-//! How to simplify, by the few choices that people make.
+//! How to simplify, by a few choices of the user.
 
 use core::time::Duration;
 
@@ -8,33 +8,32 @@ use simplify::{
     Boundary, ErrorCheck, FitNorm, Options, PlacementRule, Preset, Protect, RefineOptions, Target,
 };
 
-/// What of a preset is changed; the default changes nothing.
+/// Changes to a preset; the default changes nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choices {
-    /// What everything else is as in.
+    /// The preset for everything else.
     pub preset: Preset,
-    /// Where the remaining vertex of an edge goes; `None` for that of the preset.
+    /// The placement of the remaining vertex of an edge; `None` for the rule of the preset.
     pub placement: Option<PlacementRule>,
-    /// How much a change of curvature raises the cost; `None` for that of the preset.
+    /// How much a change of curvature raises the cost; `None` for the weight of the preset.
     pub curvature_weight: Option<f64>,
-    /// Rounds of fitting the result to the input, 0 for none; `None` for those of the preset.
+    /// Rounds of fitting the result to the input, 0 for none; `None` for the number of the preset.
     pub fit_rounds: Option<usize>,
-    /// What the fit makes small; `None` for what that of the preset does.
+    /// The norm that the fit minimises; `None` for the norm of the preset.
     pub norm: Option<FitNorm>,
-    /// The longest time for annealing; `None` for as long as it takes. Only where the preset anneals.
+    /// The longest time for annealing; `None` for no limit. Only if the preset anneals.
     pub anneal_time: Option<Duration>,
-    /// Whether every boundary vertex stays where it is.
+    /// Whether boundary vertices are fixed.
     pub lock_boundary: bool,
-    /// Edges stay feature lines where the normals of the two faces are farther apart than this, in
-    /// radians.
+    /// Edges are feature lines if the angle between the normals of the two faces exceeds this, in radians.
     pub feature_angle: Option<f64>,
-    /// Whether faces must not come to cross that did not before.
+    /// Whether collapses must not cause new intersections of faces.
     pub no_intersections: bool,
-    /// How many vertices every component keeps.
+    /// The number of vertices that every component keeps.
     pub min_component_vertices: Option<usize>,
-    /// Whether the distance from the input is proved, not sampled.
+    /// Whether the distance from the input is certified instead of sampled.
     pub verify: bool,
-    /// Where the random numbers of the fit start.
+    /// The seed of the random numbers of the fit.
     pub seed: u64,
 }
 
@@ -58,7 +57,7 @@ impl Default for Choices {
 }
 
 impl Choices {
-    /// Whether the result is fitted to the input, so that random numbers are drawn.
+    /// Whether the result is fitted to the input, which uses random numbers.
     #[must_use]
     pub fn fits(&self) -> bool {
         let mut options = Options::preset(self.preset);
@@ -74,7 +73,7 @@ impl Choices {
         options.refine.anneal
     }
 
-    /// How distances from the input are found.
+    /// How distances from the input are measured.
     #[must_use]
     pub fn check(&self) -> ErrorCheck {
         if self.verify { ErrorCheck::Certified } else { ErrorCheck::Sampled }
@@ -88,7 +87,7 @@ impl Choices {
         options
     }
 
-    /// The options for a mesh that is not in memory, so that nobody knows its feature lines.
+    /// The options for a mesh that is not in memory, so that its feature lines are unknown.
     #[must_use]
     pub fn options_without_features(&self, target: Target) -> Options {
         let mut options = Options::preset(self.preset);

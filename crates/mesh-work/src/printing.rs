@@ -1,4 +1,4 @@
-//! Preparing a mesh for 3D printing: debris dropped, components facing outward, touching parts separated.
+//! Preparing a mesh for 3D printing: drops debris, turns components outward, separates touching parts.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use mesh_core::{FaceId, MeshError, TriMesh, VertexId};
 
 use crate::loaded::Loaded;
 
-/// Parts that touch are moved apart by this share of the diagonal of the bounding box, or a little more where single
+/// Parts that touch are separated by this share of the diagonal of the bounding box, or slightly more if single
 /// precision is coarser.
 const SEPARATION: f64 = 1e-6;
 
@@ -35,7 +35,8 @@ impl Loaded {
         Ok(dropped.len())
     }
 
-    /// Turns components that are inside out, as [`Repair::reorient`](mesh_core::Repair::reorient) does. Returns their number.
+    /// Turns components that are inside out, as [`Repair::reorient`](mesh_core::Repair::reorient) does. Returns their
+    /// number.
     ///
     /// # Errors
     /// A position is not finite.
@@ -50,7 +51,7 @@ impl Loaded {
         Ok(count)
     }
 
-    /// The mesh of some faces, some of them reversed.
+    /// The mesh of some faces, some of which are reversed.
     fn rebuild(
         &mut self,
         is_kept: impl Fn(FaceId) -> bool,
@@ -86,9 +87,9 @@ impl Loaded {
         Ok(())
     }
 
-    /// Moves vertices at one position apart, each a little against its normal. Where parts touch, readers that join
-    /// vertices by position, as those of STL do, would otherwise join the parts at edges of four faces. Positions
-    /// count as equal if they are in single precision. Returns the number of moved vertices.
+    /// Separates vertices at the same position, by a small step of each against its normal. Where parts touch, readers
+    /// that join vertices by position, like STL readers, would otherwise join the parts at edges of four faces.
+    /// Positions count as equal if they are equal in single precision. Returns the number of moved vertices.
     pub fn separate_touching(&mut self) -> usize {
         let Some(bounds) = self.mesh.bounding_box() else { return 0 };
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();

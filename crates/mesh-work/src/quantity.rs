@@ -119,8 +119,8 @@ impl Quantity {
         }
     }
 
-    /// Whether the quantity is defined by the star of a vertex, not at a point of a surface. Only the
-    /// estimator `vertex` has it.
+    /// Whether the quantity is defined by the star of a vertex, not at a point of a surface. Only the estimator
+    /// `vertex` provides it.
     #[must_use]
     pub fn is_of_star(self) -> bool {
         matches!(self, Self::AbsDihedral | Self::Willmore | Self::KPlus | Self::KMinus)

@@ -1,10 +1,9 @@
 //! Seams of a mesh, and transfer of corner attributes through edge flips.
 //!
-//! A flip may not cross a *seam*: an edge whose two faces differ in group, material, label or colour, or
-//! disagree about the texture coordinates at one of its ends. Seams divide the faces round each
-//! vertex into sectors, inside which the texture coordinate is the same at every corner. Flips
-//! that keep off the seams change the faces of a sector but not the sector, so afterwards each
-//! corner takes what any corner of its sector had.
+//! A flip may not cross a *seam*: an edge whose two faces differ in group, material, label or colour, or disagree about
+//! the texture coordinates at one of its ends. Seams divide the faces around each vertex into sectors. All corners in a
+//! sector have the same texture coordinate. Flips of other edges change the faces of a sector but not the sector. So
+//! afterwards each corner takes the attributes of any corner of its sector.
 
 use glam::DVec3;
 use mesh_core::build::Provenance;
@@ -80,7 +79,7 @@ impl Seams {
         self.corner[h] as usize
     }
 
-    /// The corner of the file that each corner of the flipped mesh takes its data from.
+    /// The corner of the file whose data each corner of the flipped mesh takes.
     #[must_use]
     pub fn corner_source(&self, topology: &Topology) -> Vec<[u32; 3]> {
         let mut sources: HalfEdgeMap<Option<u32>> = topology.half_edge_map(None);
@@ -89,7 +88,7 @@ impl Seams {
             .map(|sides| {
                 sides.map(|h| {
                     let (end, source) = self.end_of_sector(topology, &sources, h);
-                    // All on the way are in the same sector: nothing is passed twice.
+                    // All corners on the way are in the same sector, so none is visited twice.
                     let mut current = h;
                     while current != end {
                         sources[current] = Some(source);
@@ -102,9 +101,9 @@ impl Seams {
             .collect()
     }
 
-    /// Turning clockwise from a corner, the first one whose source is known, or else the last one before
-    /// a seam or the boundary, which was there before the flips; and the source of the sector. Where the
-    /// whole vertex is one sector, any of its corners will do.
+    /// Going clockwise from a corner, finds the first corner whose source is known, or else the last one before a seam
+    /// or the boundary, which existed before the flips. Returns it with the source of the sector. If the whole vertex
+    /// is one sector, any of its corners is the source.
     fn end_of_sector(
         &self,
         topology: &Topology,
@@ -128,8 +127,8 @@ impl Seams {
     }
 }
 
-/// The labels of faces that divide the mesh into regions. Labels that differ across most edges number the
-/// faces instead, and have no borders to keep.
+/// The labels of faces that divide the mesh into regions. Labels that differ across most edges are numbers of faces and
+/// have no borders to keep.
 fn segmentations<'m>(
     topology: &Topology,
     provenance: &Provenance,

@@ -54,7 +54,7 @@ pub fn subdivide_step(
     Ok((mesh, model))
 }
 
-/// The corners of the parent face that the corner at the origin of a half-edge is between.
+/// The corners of the parent face on both sides of the corner at the origin of a half-edge.
 fn corner(coarse: &Topology, fine: &Topology, origins: &SubdivisionMap, h: HalfEdgeId) -> Blend {
     let Some(face) = fine.face(h) else { return Blend::one(0) };
     let parent = origins.parent_face(face);

@@ -4,7 +4,7 @@ use mesh_core::PolygonSoup;
 use mesh_core::build::Triangulator;
 use mesh_metric::{Surface, SurfaceError};
 
-/// The surface of any polygons, which are cut into triangles and need not form a manifold.
+/// The surface of any polygons. They are cut into triangles and need not form a manifold.
 ///
 /// # Errors
 /// As [`Surface::from_triangles`].

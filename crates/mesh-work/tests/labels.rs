@@ -10,12 +10,12 @@ use mesh_io::{Model, ScalarValues, Scalars};
 use mesh_work::{AttributeRules, Attributes, Loaded, Seams, subdivide_step};
 use simplify::{Options, simplify};
 
-/// The label of a point of the unit sphere: which of four parts it is in.
+/// The label of a point of the unit sphere: one of four parts.
 fn label_at(point: DVec3) -> i32 {
     11 + i32::from(point.x > 0.13) + 10 * i32::from(point.y + 0.4 * point.z > 0.21)
 }
 
-/// A sphere whose faces and vertices are labelled, so that the borders are staircases.
+/// A sphere with labelled faces and vertices; the borders are staircases.
 fn labelled(steps: u32) -> Model {
     let sphere = mesh_shapes::Sphere { radius: 1.0 }.icosphere(steps).unwrap();
     let mut model = Model::from(sphere);
@@ -28,7 +28,7 @@ fn labelled(steps: u32) -> Model {
     model
 }
 
-/// The share of the area whose label is not that of the place.
+/// The share of the area with the wrong label.
 fn wrong_share(model: &Model) -> f64 {
     const PARTS: u32 = 12;
     let (mut wrong, mut total) = (0.0, 0.0);
@@ -65,8 +65,8 @@ fn check(before: &Model, after: &Model, what: &str) {
         assert_eq!(old.values.scalar_type(), new.values.scalar_type(), "{what}");
         assert_eq!(distinct(&old.values), distinct(&new.values), "{what}");
     }
-    // The input has a staircase along each border. A border of fewer edges is as close to the true one; 0.5 of the faces
-    // measured 1.016 times the area of the input.
+    // The input has a staircase along each border. A border of fewer edges is as close to the true one; 0.5 of the
+    // faces measured 1.016 times the area of the input.
     let (old, new) = (wrong_share(before), wrong_share(after));
     assert!(new <= 1.05 * old, "{what}: {old} of the area was wrong, {new} is");
 }

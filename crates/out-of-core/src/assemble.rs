@@ -99,8 +99,8 @@ pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, 
     }
 }
 
-/// Numbers the own vertices of a region that an own face or another region uses; [`NONE`] for others. (If one neighbour owns
-/// all faces of a vertex, the vertex lies within the faces of that neighbour, which owns it after the refinement.)
+/// Numbers the own vertices of a region that an own face or another region uses; [`NONE`] for others. (If one neighbour
+/// owns all faces of a vertex, the vertex lies within the faces of that neighbour, which owns it after the refinement.)
 fn ranks_of_used(region: &Region, shared: &BTreeMap<(u32, u64), u32>) -> Vec<u32> {
     let mut is_used = vec![false; region.own];
     for v in region.own_triangles().flatten().filter(|&v| (v as usize) < region.own) {

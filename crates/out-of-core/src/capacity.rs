@@ -5,7 +5,7 @@ use simplify::{Metric, Options};
 
 use crate::error::Error;
 
-/// How many faces are held at a time.
+/// Limits of the number of faces in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Capacity {
     /// The faces of a region, approximately.
@@ -31,7 +31,7 @@ impl Memory {
         Ok(Self { usable })
     }
 
-    /// The error of an operation that needs so many bytes at a time.
+    /// The error of an operation that needs `needed` bytes at the same time.
     pub(crate) fn too_little(self, needed: u64) -> Error {
         let total = |usable: u64| (usable / 8).saturating_mul(10).saturating_add(BASE);
         Error::TooLittleMemory { given: total(self.usable), least: total(needed) }
@@ -65,21 +65,21 @@ fn tenths(number: u64, tenths: u8) -> u64 {
     (u128::from(number) * u128::from(tenths.min(10)) / 10) as u64
 }
 
-/// The bytes that the process takes apart from the mesh.
+/// The bytes that the process needs apart from the mesh.
 const BASE: u64 = 24 << 20;
-/// The bytes that a face of a region takes while it is split off, collapsed, or joined.
+/// The bytes per face of a region while it is split off, collapsed, or joined.
 const PER_REGION_FACE: u64 = 250;
-/// The bytes that a face takes in memory while the mesh is collapsed as a whole: in blocks, and in the order of costs.
+/// The bytes per face while the mesh is collapsed as a whole: in blocks, and in the order of costs.
 const PER_REST_FACE: [u64; 2] = [260, 560];
-/// The further bytes that a face takes when collapses are recorded, as for several results.
+/// The additional bytes per face when collapses are recorded, as for several results.
 const PER_RECORDED_FACE: u64 = 100;
 /// No region is smaller than this: it would mostly be boundary.
 const LEAST: u64 = 4096;
-/// The least memory limit.
+/// The smallest memory limit.
 const LEAST_MEMORY: u64 = BASE + LEAST * PER_REST_FACE[1] * 10 / 4;
 
 impl Capacity {
-    /// The capacity of so many bytes, for a number of results, with distances proved or not.
+    /// The capacity within `memory` bytes, for a number of results, with or without proofs of distances.
     ///
     /// # Errors
     /// The smallest regions do not fit.

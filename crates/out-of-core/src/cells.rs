@@ -7,7 +7,7 @@ use mesh_core::BoundingBox;
 use serde::{Deserialize, Serialize};
 
 /// A k-d tree: a complete binary tree of planes across the axes. Its leaves are the cells of level 0, numbered from
-/// left to right. Cells of higher levels are subtrees: the number of the cell that a cell is joined to is its own without
+/// left to right. Cells of higher levels are subtrees. The number of the joined cell is the number of a cell without
 /// its last binary digits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cells {
@@ -24,7 +24,8 @@ struct Plane {
 }
 
 impl Cells {
-    /// Makes 2^`depth` cells with equally many of the sites each, as far as these differ. The depth is 20 at most.
+    /// Makes 2^`depth` cells with equal numbers of sites, as far as the sites have different positions. The depth is at
+    /// most 20.
     pub(crate) fn new(mut sites: Vec<DVec3>, depth: u32) -> Self {
         let unset = Plane { axis: 0, at: 0.0 };
         let mut cells = Self { planes: vec![unset; (1 << depth) - 1] };
@@ -70,7 +71,7 @@ impl Cells {
     /// The number of cells of level 0.
     #[must_use]
     pub fn count(&self) -> u32 {
-        // There are 2^20 - 1 planes at most.
+        // There are at most 2^20 - 1 planes.
         self.planes.len() as u32 + 1
     }
 
@@ -111,7 +112,7 @@ impl Cells {
         visit: &mut dyn FnMut(u32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let Some(plane) = self.planes.get(node) else {
-            // There are 2^20 leaves at most.
+            // There are at most 2^20 leaves.
             return visit((node - self.planes.len()) as u32);
         };
         let axis = usize::from(plane.axis);

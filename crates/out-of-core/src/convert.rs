@@ -25,12 +25,12 @@ pub struct Columns<'c> {
 }
 
 impl DiskMesh {
-    /// Writes the mesh as PLY, STL or OBJ. The file takes its place when it is committed. With scalars, polygons are cut into
-    /// triangles.
+    /// Writes the mesh as PLY, STL or OBJ. The file appears at its path when it is committed. With scalars, polygons
+    /// are cut into triangles.
     ///
     /// # Errors
-    /// The file cannot be written, the format is another one or cannot hold so many elements, or a face uses a vertex that is
-    /// not there.
+    /// The file cannot be written, the format is not supported or cannot hold so many elements, or a face uses a
+    /// missing vertex.
     pub fn stage(
         &self,
         path: &Path,
@@ -78,7 +78,7 @@ impl DiskMesh {
         passing
     }
 
-    /// Passes vertices and faces to a writer. An error that is not one of the writer goes to `failed`.
+    /// Passes vertices and faces to a writer. Errors that do not come from the writer go to `failed`.
     fn pass(
         &self,
         out: &mut Passer<'_>,

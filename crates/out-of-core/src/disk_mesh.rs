@@ -17,7 +17,7 @@ use crate::step::Step;
 /// A mesh in the files of a folder. Operations on it keep to the memory limit that it was read with, apart from one bit
 /// for each vertex, and for each corner of a format without vertices.
 ///
-/// The files hold positions and faces. [`Summary::notes`] names what else the input had, which is left out.
+/// The files hold positions and faces. [`Summary::notes`] names the other contents of the input, which are left out.
 pub struct DiskMesh {
     pub(crate) ingested: Ingested,
     pub(crate) folder: PathBuf,

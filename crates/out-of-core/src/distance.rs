@@ -1,9 +1,10 @@
-//! The distance between two surfaces, of which neither need fit into memory.
+//! The distance between two surfaces that need not fit into memory.
 //!
-//! A k-d tree over the vertices of the target surface divides space into cells. Each cell gets the triangles whose boxes
-//! intersect it. A point is first measured against the triangles of its own cell. If no other cell is closer than the
-//! closest point found there, that is its distance. Otherwise the point goes on through the closer cells, in ascending
-//! order, so that each cell is in memory twice at most. The search is exact: distances are those to the whole surface.
+//! A k-d tree over the vertices of the target surface divides space into cells. Each cell gets the triangles whose
+//! boxes intersect it. A point is first measured against the triangles of its own cell. If no other cell is closer than
+//! the closest point found there, that is its distance. Otherwise the search continues in the closer cells, in
+//! ascending order, so that each cell is in memory at most twice. The search is exact: distances refer to the whole
+//! surface.
 
 use core::ops::ControlFlow;
 
@@ -22,15 +23,15 @@ use crate::step::Step;
 
 /// The bytes that a triangle takes while points are measured against it.
 const PER_FACE: u64 = 330;
-/// The number of points that are measured at a time.
+/// The number of points in one query.
 const AT_A_TIME: usize = 1 << 15;
 
 /// Measures the distances between two surfaces as [`mesh_metric::compare`] does. The sample points and their distances
 /// are the same. Sums are formed in another order, so that means may differ in their last digits.
 ///
 /// # Errors
-/// A surface has no faces, or a face with a vertex that is not there; the files cannot be read or written; the
-/// memory limit is too small.
+/// A surface has no faces, or a face with a missing vertex; the files cannot be read or written; the memory limit is
+/// too small.
 pub fn distance(
     first: &DiskMesh,
     second: &DiskMesh,
@@ -121,7 +122,7 @@ impl<'t> Target<'t> {
             positions.push(point_of(&point));
         }
         let faces = positions.len() / 3;
-        // Three corners for each face: with this, numbers of corners fit into 32 bits.
+        // Three corners for each face: this bound makes numbers of corners fit into 32 bits.
         if positions.len() > u32::MAX as usize {
             return Err(Error::RegionTooLarge { faces: faces as u64 });
         }
@@ -131,7 +132,7 @@ impl<'t> Target<'t> {
     }
 }
 
-/// The relative error of a squared distance by rounding, at most.
+/// An upper bound of the relative rounding error of a squared distance.
 const SLACK: f64 = 1.0 + 1e-12;
 
 /// The squared distance of a point from a box, which may be infinite.
@@ -139,11 +140,11 @@ fn squared_distance(bounds: &BoundingBox, point: DVec3) -> f64 {
     (bounds.min - point).max(point - bounds.max).max(DVec3::ZERO).length_squared()
 }
 
-/// A point that is measured.
+/// A point whose distance is measured.
 #[derive(Clone, Copy)]
 struct Point {
     at: DVec3,
-    /// Whether it counts for the mean. Otherwise it counts for the maximum alone.
+    /// Whether it counts for the mean. Otherwise it counts only for the maximum.
     is_sample: bool,
     home: u32,
     /// The vector to the closest point so far, and its length.
@@ -204,7 +205,7 @@ impl Tally {
     }
 
     fn finish(self) -> OneSided {
-        // A surface without area has no sample points but those on vertices and edges.
+        // A surface without area has sample points only at vertices and edges.
         let (count, sum, squares) = if self.samples > 0 {
             (self.samples, self.sum, self.squares)
         } else {
@@ -324,7 +325,7 @@ impl Probe<'_> {
         }
     }
 
-    /// Calls `take` with each point that is measured, and whether it counts for the mean.
+    /// Calls `take` with each point to measure, and whether it counts for the mean.
     fn each_point(
         &self,
         take: &mut dyn FnMut(DVec3, bool) -> Result<(), Error>,

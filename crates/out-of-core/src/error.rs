@@ -28,7 +28,7 @@ pub enum Error {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect.
         reason: String,
     },
     /// The folder is no work folder, or its input was not split to the end.
@@ -60,7 +60,7 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
-    /// The folder holds files that are not those of a run.
+    /// The folder holds files that do not belong to a run.
     #[error("{}: this folder holds other files; name a new one, or an empty one", path.display())]
     NotEmpty {
         /// The folder.
@@ -76,7 +76,7 @@ pub enum Error {
         /// Its position in the file.
         position: [f64; 3],
     },
-    /// A face refers to a vertex that is not there.
+    /// A face refers to a missing vertex.
     #[error("face {face} uses vertex {vertex}, but there are only {count} vertices")]
     NoSuchVertex {
         /// The face, counted from zero.
@@ -102,7 +102,7 @@ pub enum Error {
         /// The vertex, counted from zero.
         vertex: u64,
     },
-    /// The faces that are left cannot be built into one mesh.
+    /// The remaining faces cannot be built into one mesh.
     #[error(transparent)]
     Build(Box<mesh_core::BuildError>),
     /// A region refers to vertices that its neighbour does not have.
@@ -144,19 +144,19 @@ pub enum Error {
     TooLittleMemory {
         /// The limit in bytes.
         given: u64,
-        /// The least limit that is sufficient.
+        /// The smallest sufficient limit.
         least: u64,
     },
-    /// The options ask for something that cannot be done region by region.
+    /// The options need the whole mesh.
     #[error("{0} cannot be done region by region; {1}")]
     Unsupported(&'static str, &'static str),
-    /// The simplification has failed, or one of its options makes no sense.
+    /// The simplification has failed, or one of its options is out of range.
     #[error(transparent)]
     Simplify(#[from] SimplifyError),
     /// A distance cannot be measured.
     #[error(transparent)]
     Surface(#[from] mesh_metric::SurfaceError),
-    /// The observer has ended the run. What is done stays, and the run can be resumed.
+    /// The observer has ended the run. Finished steps stay, and the run can be resumed.
     #[error("stopped; finished steps are kept in the work folder")]
     Stopped,
 }

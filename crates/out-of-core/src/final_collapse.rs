@@ -12,7 +12,7 @@ use crate::non_manifold::non_manifold_vertices;
 use crate::region::Region;
 use crate::step::Step;
 
-/// Collapses all regions of a level to the number of faces that the options name. The summary is that of the input.
+/// Collapses all regions of a level to the number of faces in the options. The summary belongs to the input.
 pub(crate) fn collapse_in_memory(
     fragment: Fragment,
     options: &Options,
@@ -34,13 +34,13 @@ pub(crate) fn collapse_in_memory(
     Ok(done)
 }
 
-/// The fragment that the collapses work on, from the region of the whole mesh. It is cut where it is not manifold.
+/// The fragment for the collapses, from the region of the whole mesh. Non-manifold vertices are cut.
 pub(crate) fn final_fragment(region: Region) -> Result<Fragment, Error> {
     let is_manifold = non_manifold_vertices(region.positions.len(), &region.triangles).is_empty();
     if is_manifold { Ok(region.into_fragment().0) } else { cut(region) }
 }
 
-/// Cuts the region where it is not manifold.
+/// Cuts the region at its non-manifold vertices.
 fn cut(region: Region) -> Result<Fragment, Error> {
     let Region { positions, quadrics, triangles, .. } = region;
     let corners = triangles.len() * 3;

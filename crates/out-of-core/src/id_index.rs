@@ -3,11 +3,11 @@
 /// Finds numbers in a sorted list.
 pub(crate) struct IdIndex<'i> {
     ids: &'i [u64],
-    /// If the numbers are close together: by number less the first one, one more than the place.
+    /// If the numbers are close together: for each number minus the first one, the place plus 1.
     direct: Vec<u32>,
 }
 
-/// The list is looked up directly if it has at least one in so many of the numbers from its first to its last.
+/// A direct table is used if the list contains at least one in this many of the numbers between its first and its last.
 const SPARSE: u64 = 8;
 
 impl<'i> IdIndex<'i> {

@@ -1,7 +1,7 @@
 //! Reading an input as a stream, into a file of vertices and a file of faces, with statistics of both.
 //!
-//! Formats without vertices repeat positions, as STL does. Their corners are distributed by position to files that fit into
-//! memory; in each file, equal positions get the index of their first corner.
+//! Formats without vertices repeat positions, as STL does. Their corners are distributed by position to files that fit
+//! into memory; in each file, equal positions get the index of their first corner.
 
 use core::ops::ControlFlow;
 use std::io::Read;
@@ -53,7 +53,7 @@ pub struct Summary {
     /// Whether each coordinate is exact with 32 bits.
     #[serde(default)]
     pub single: bool,
-    /// What the reader has left out.
+    /// Contents that the reader has left out.
     pub notes: Vec<String>,
 }
 
@@ -67,7 +67,7 @@ impl Summary {
         self.longest = self.longest.max(u32::try_from(corners).unwrap_or(u32::MAX));
     }
 
-    /// Checks statistics that were read: counts are below the largest one and fit together, and the box is one.
+    /// Checks statistics that were read: counts are below the limit and consistent, and the box is valid.
     pub(crate) fn check(&self) -> Result<(), String> {
         let Self { vertices, faces, triangles, quadrilaterals, larger, .. } = *self;
         for (count, of) in [(vertices, "vertices"), (triangles, "triangles")] {
@@ -95,7 +95,7 @@ impl Summary {
     }
 }
 
-/// The largest number of vertices in the sample; half as many at least, if the input has them.
+/// The largest number of vertices in the sample. It has at least half as many, if the input does.
 const SAMPLE: usize = 1 << 18;
 
 /// Takes every n-th point of a stream. The stride doubles when the sample is full.
@@ -184,7 +184,7 @@ impl Ingester {
     }
 }
 
-/// Where an input comes from.
+/// The source of an input.
 pub enum Input<'i> {
     /// A file.
     Path(&'i Path),
@@ -193,7 +193,7 @@ pub enum Input<'i> {
 }
 
 impl Ingested {
-    /// Reads an input into files of a folder, in about so many bytes of memory.
+    /// Reads an input into files of a folder, within about `memory` bytes.
     pub(crate) fn read(
         input: Input<'_>,
         options: &ReadOptions,
@@ -243,7 +243,8 @@ impl Ingested {
         if has_facets { all.welded(folder, memory) } else { Ok(all) }
     }
 
-    /// Welds equal positions to one vertex, in the order of their first corners. Takes one bit of memory for each corner.
+    /// Welds equal positions to one vertex, in the order of their first corners. Takes one bit of memory for each
+    /// corner.
     fn welded(mut self, folder: &Path, memory: u64) -> Result<Self, Error> {
         let corners = PointTable::new(&self.points, 0)?.count();
         // A corner takes 32 bytes while it is sorted: its position and its index.
@@ -307,7 +308,7 @@ impl Ingested {
         Ok(())
     }
 
-    /// Calls `visit` with the vertices of each face and their positions, in about so many bytes of memory.
+    /// Calls `visit` with the vertices of each face and their positions, within about `memory` bytes.
     pub(crate) fn each_face(
         &self,
         memory: u64,
@@ -353,7 +354,7 @@ impl Ingested {
     }
 }
 
-/// Numbers of 32 bits that are equal where the vertices of the face are.
+/// Numbers of 32 bits, equal for equal vertices of the face.
 fn local_numbers(face: &[u64]) -> Vec<u32> {
     let mut sorted = face.to_vec();
     sorted.sort_unstable();
@@ -396,16 +397,16 @@ impl Ranks {
     }
 }
 
-/// The largest number of files that are open at a time.
+/// The largest number of open files.
 pub(crate) const MOST_FILES: u32 = 256;
 
-/// The file that a position goes to, of so many: the hash FNV-1a of Fowler, Noll and Vo.
+/// The file for a position, one of `files`: the hash FNV-1a of Fowler, Noll and Vo.
 pub(crate) fn hash(point: &[u8], files: u64) -> usize {
     let step = |sum: u64, &byte: &u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
     (point.iter().fold(0xcbf2_9ce4_8422_2325, step) % files) as usize
 }
 
-/// For each corner of a file the first corner at the same position, in the order of the file.
+/// For each corner of a file, the first corner at the same position, in the order of the file.
 fn first_corners(
     corners_file: &ScratchFile,
     path: std::path::PathBuf,

@@ -6,8 +6,8 @@ use simplify::Quadric;
 use crate::error::Error;
 use crate::region::Region;
 
-/// Joins the regions of cells whose numbers are equal without their last `bits` binary digits. That number is the cell of
-/// the joined region on the next level. The regions may come in any order.
+/// Joins the regions of cells whose numbers are equal without their last `bits` binary digits. That number is the cell
+/// of the joined region on the next level. The regions may be in any order.
 ///
 /// # Errors
 /// Together the regions are too large for indices of 32 bits, one is missing, or they belong to different runs.

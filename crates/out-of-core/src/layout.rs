@@ -1,4 +1,4 @@
-//! Where the files of a work folder are.
+//! The layout of a work folder.
 //!
 //! ```text
 //! curvmesh-work               the mark of a work folder, which is locked while a process works in it
@@ -24,10 +24,10 @@ use crate::private_files;
 pub(crate) const RUN: &str = "run.json";
 /// The folder for temporary files while the input is split.
 pub(crate) const SCRATCH: &str = "scratch";
-/// How the names of folders for temporary files of refinement begin.
+/// The prefix of the folders for temporary files of refinement.
 pub(crate) const REFINE: &str = "refine-";
 
-/// What a file of a cell holds.
+/// The content of a file of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A region of a level.
@@ -89,7 +89,7 @@ pub(crate) fn check_levels(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Removes the levels and the temporary files of a run, as far as possible. Links are removed, not followed.
+/// Removes the levels and the temporary files of a run, if possible. Links are removed, not followed.
 pub(crate) fn remove_content(folder: &Path) {
     remove_refinement(folder);
     for path in entries(folder, "level-").map(|entry| entry.path()) {
@@ -98,12 +98,12 @@ pub(crate) fn remove_content(folder: &Path) {
     remove(&folder.join(SCRATCH));
 }
 
-/// Removes what interrupted refinements have left, as far as possible.
+/// Removes the leftovers of interrupted refinements, if possible.
 pub(crate) fn remove_refinement(folder: &Path) {
     entries(folder, REFINE).for_each(|entry| remove(&entry.path()));
 }
 
 fn remove(path: &Path) {
-    // What cannot be removed only takes space.
+    // Files that cannot be removed only take space.
     let _ = fs::remove_dir_all(path);
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::error::Error;
 use crate::private_files;
 
-/// The file whose lock stands for the folder; it also marks the folder as one of this crate.
+/// The file whose lock represents the folder. It also marks the folder as one of this crate.
 pub(crate) const MARK: &str = "curvmesh-work";
 
 /// A lock on a folder. It is shared by processes that do different steps of one run.
@@ -53,8 +53,8 @@ impl FolderLock {
         Ok(lock)
     }
 
-    /// Locks a new folder that nobody else knows yet. The mark gets its name when the lock is held: a folder with
-    /// an unlocked mark has lost its owner.
+    /// Locks a new folder that no other process knows yet. The mark gets its name only when the lock is held: so a
+    /// folder with an unlocked mark has lost its owner.
     pub(crate) fn of_new_folder(folder: &Path) -> Result<Self, Error> {
         let (unfinished, mark) = (folder.join(".mark"), folder.join(MARK));
         let lock = Self::create(folder, &unfinished)?;
@@ -128,7 +128,7 @@ impl FolderLock {
         match locked {
             Ok(()) => Ok(()),
             Err(TryLockError::WouldBlock) => Err(Error::InUse { path: self.folder.clone() }),
-            // Some network file systems have no locks; runs there are not told from each other.
+            // Some network file systems have no locks. Runs in the same folder cannot exclude each other there.
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => Ok(()),
             Err(TryLockError::Error(error)) => Err(Error::io(&self.folder)(error)),
         }
@@ -142,13 +142,13 @@ pub(crate) struct Alone<'l> {
 
 impl Drop for Alone<'_> {
     fn drop(&mut self) {
-        // If another process was faster, the next step fails to open the folder and says so.
+        // If another process was faster, the next step fails to open the folder with an error.
         let _ = self.lock.admit_others();
     }
 }
 
-/// The content of the mark. It names the machine since its start: a lock that is held on another machine need not be
-/// seen on this one.
+/// The content of the mark. It names the machine and its last start, because a lock held on another machine may not be
+/// visible on this one.
 fn mark_text() -> String {
     let machine = fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
     format!(

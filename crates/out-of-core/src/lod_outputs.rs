@@ -15,8 +15,8 @@ use crate::region::Region;
 use crate::step::Step;
 use crate::work::Work;
 
-/// Makes the numbered results from all regions of a level, and writes each result as a region. The collapses are recorded.
-/// A result is the mesh after a part of the recorded collapses, refined as the options say.
+/// Makes the numbered results from all regions of a level, and writes each result as a region. The collapses are
+/// recorded. A result is the mesh after a part of the recorded collapses, refined as the options say.
 pub(crate) fn write_lod_outputs(
     work: &Work,
     level: u32,

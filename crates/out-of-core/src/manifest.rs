@@ -12,18 +12,18 @@ use crate::error::Error;
 use crate::ingest::Summary;
 use crate::split::Repairs;
 
-/// What a run is to do.
+/// The settings of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Settings {
-    /// How the mesh is simplified. `target` has to name a number of faces or a ratio.
+    /// How the mesh is simplified. `target` must contain a number of faces or a ratio.
     pub options: Options,
-    /// Further results, levels of detail. Each names a number of faces or a ratio. Results are sorted by their
-    /// numbers of faces, so that these may be coarser than the one of `options`.
+    /// Further results, levels of detail. Each names a number of faces or a ratio. Results are sorted by their numbers
+    /// of faces, so they may be coarser than the result of `options`.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub finer_levels: Vec<Target>,
-    /// Which defects of the input are repaired.
+    /// The defects of the input that are repaired.
     pub repairs: Repairs,
-    /// How many faces are held in memory at a time.
+    /// Limits of the number of faces in memory.
     pub capacity: Capacity,
     /// The tolerance to which the distance from the input is proved in each pass, as a share of the diagonal of the
     /// bounding box. `None`: nothing is proved.
@@ -31,7 +31,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Checks what can be done region by region.
+    /// Checks that the run can be done region by region.
     pub(crate) fn check(&self) -> Result<(), Error> {
         if rules(&self.options, 1.0).is_none() {
             return Err(Error::Unsupported(
@@ -65,7 +65,7 @@ impl Settings {
     }
 }
 
-/// Whether limits are a number of faces or a ratio and nothing else.
+/// Whether the target is a number of faces or a ratio and nothing else.
 fn is_count(limits: &Target) -> bool {
     let Target { faces, ratio, time: None, vertices: None, cost: None, collapses: None } = limits
     else {
@@ -77,9 +77,9 @@ fn is_count(limits: &Target) -> bool {
 /// The content of `run.json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Manifest {
-    /// What the run does.
+    /// The settings of the run.
     pub settings: Settings,
-    /// Which input it has.
+    /// The identity of the input.
     pub input: InputIdentity,
     /// The statistics of the input.
     pub summary: Summary,
@@ -88,7 +88,7 @@ pub struct Manifest {
 }
 
 impl Manifest {
-    /// Checks a manifest that was read: nobody vouches for its numbers.
+    /// Checks a manifest that was read: its numbers may be wrong.
     pub(crate) fn check(&self, path: &Path) -> Result<(), Error> {
         let Self { settings, summary, cells, .. } = self;
         settings.check()?;
@@ -98,7 +98,7 @@ impl Manifest {
     }
 }
 
-/// By what an input is recognised.
+/// The properties by which an input is recognised.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputIdentity {
     /// Its name, without the folder.

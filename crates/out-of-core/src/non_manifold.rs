@@ -2,10 +2,10 @@
 
 use crate::renumber::NONE;
 
-/// The vertices among the first `own`, ascending, whose faces are not one fan: an edge there has more than two faces, or two
-/// faces of opposite orientation, or faces share the vertex alone.
+/// The vertices among the first `own`, ascending, whose faces do not form one fan: an edge there has more than two
+/// faces, or two faces of opposite orientation, or faces share only the vertex.
 ///
-/// There are fewer corners than 2^32.
+/// There must be fewer than 2^32 corners.
 pub(crate) fn non_manifold_vertices(own: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
     // The corners at each own vertex.
     let mut starts = vec![0_u32; own + 1];

@@ -5,22 +5,22 @@ use simplify::blocks::{CostThreshold, Forecast};
 
 use crate::capacity::Capacity;
 
-/// What is done with a level.
+/// The plan of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// The level.
     pub level: u32,
     /// The number of its cells.
     pub cells: u32,
-    /// The faces of all of them.
+    /// The number of faces of all cells.
     pub faces: u64,
-    /// How many of the results are made from the cells of this level.
+    /// The number of results that are made from the cells of this level.
     pub results: u32,
-    /// What comes next.
+    /// The next step.
     pub next: Next,
 }
 
-/// What is done next.
+/// The step that follows a level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Next {
@@ -75,7 +75,7 @@ impl Plan {
     }
 }
 
-/// What is known about a level when all of its regions are there.
+/// The data of a level with all of its regions, from which it is planned.
 pub(crate) struct Situation<'s> {
     pub(crate) level: u32,
     pub(crate) cells: u32,
@@ -85,12 +85,12 @@ pub(crate) struct Situation<'s> {
     pub(crate) before: Option<Plan>,
     /// Whether seams were collapsed since the last result.
     pub(crate) has_seam_strips: bool,
-    /// The numbers of faces of the results that are still to be made, from the largest down; one at least.
+    /// The numbers of faces of the remaining results, from the largest down; at least one.
     pub(crate) targets: &'s [u64],
     pub(crate) capacity: Capacity,
 }
 
-/// A pass leaves at least one in so many faces. With fewer, seams stand out.
+/// A pass leaves at least one in this many faces. With fewer, seams become visible.
 const PASS: u64 = 4;
 
 impl Situation<'_> {
@@ -108,7 +108,7 @@ impl Situation<'_> {
         let is_met =
             |&&target: &&u64| target > capacity.in_memory_faces && faces <= target + target / 200;
         let met = targets.iter().take_while(is_met).count();
-        // Without cells to join, passes come no closer to the target.
+        // Without cells to join, passes do not come closer to the target.
         let ends_here = is_stuck && !self.can_be_joined() && targets[0] > capacity.in_memory_faces;
         let results = met.max(usize::from(ends_here));
         let next = match targets.get(results) {
@@ -126,14 +126,14 @@ impl Situation<'_> {
         plan(results, next)
     }
 
-    /// Whether so many faces are made in memory from all regions, with a margin.
+    /// Whether this number of faces is made in memory from all regions, with a margin.
     fn is_of_rest(&self, target: u64) -> bool {
         // Targets are below 2^40.
         4 * target <= self.capacity.in_memory_faces.saturating_mul(3)
     }
 
-    /// Whether the last pass removed less than 5 % of the faces, or, close to a result, less than half of what it should
-    /// have: faces along seams are in the way.
+    /// Whether the last pass removed less than 5 % of the faces, or, close to a result, less than half of the intended
+    /// number: faces along seams prevent more collapses.
     fn is_stuck(&self) -> bool {
         let faces = self.faces;
         self.before.is_some_and(|before| match before.next {
@@ -158,7 +158,7 @@ impl Situation<'_> {
         // A tenth less, since forecasts are not exact.
         let rest = self.capacity.in_memory_faces;
         let aim = if rest < self.faces / PASS { self.faces / PASS } else { rest - rest / 10 };
-        // Where nothing else helps, neighbours are joined whatever their size.
+        // If nothing else helps, neighbours are joined at any size.
         let bits = self.bits(aim).max(u32::from(is_stuck));
         Next::Pass {
             cost_threshold: CostThreshold::leaving(self.share(aim), &self.told()),
@@ -167,9 +167,9 @@ impl Situation<'_> {
         }
     }
 
-    /// Approaches the target from above in ever smaller steps: the error of forecasts is a share of what a pass removes.
-    /// Before the last steps, when no more cells are joined, the faces along seams are collapsed up to the cost that the
-    /// target needs.
+    /// Approaches the target from above in ever smaller steps: the error of forecasts is a share of what a pass
+    /// removes. Before the last steps, when no more cells are joined, the faces along seams are collapsed up to the
+    /// cost that the target needs.
     fn towards(&self, target: u64, has_seam_strips: bool, is_stuck: bool) -> Next {
         let over = self.faces - target;
         let near = target + target / 16;
@@ -217,7 +217,7 @@ pub(crate) fn has_seam_strips<'p>(mut below: impl Iterator<Item = &'p Plan>) -> 
 mod tests {
     use super::*;
 
-    /// Levels one after the other, where every pass leaves what it was to leave and a `rim` of faces.
+    /// A sequence of levels in which every pass leaves its intended number of faces plus a `rim` of faces.
     fn course(mut faces: u64, mut rim: u64, targets: &[u64], capacity: Capacity) -> Vec<Plan> {
         let (mut plans, mut met) = (Vec::<Plan>::new(), 0);
         let mut cells = 1 << capacity.depth(faces);
@@ -275,7 +275,7 @@ mod tests {
             let last = plans[plans.len() - 1];
             let is_whole = targets[targets.len() - 1] <= capacity.in_memory_faces;
             assert_eq!(last.next == Next::InMemory, is_whole);
-            // The rest is not coarser than what is made of it.
+            // The rest has at least as many faces as the results made from it.
             assert!(!is_whole || left.all(|&target| target <= last.faces), "{targets:?} {plans:?}");
         }
     }

@@ -27,7 +27,7 @@ pub(crate) fn create_folder(path: &Path) -> Result<bool> {
     }
 }
 
-/// Creates a file that is not there yet.
+/// Creates a new file; an error if it exists.
 pub(crate) fn create_file(path: &Path) -> Result<File> {
     private_options().write(true).create_new(true).open(path)
 }
@@ -46,7 +46,7 @@ fn open_with(path: &Path, options: &mut OpenOptions) -> Result<File> {
     if fs::symlink_metadata(path)?.is_symlink() {
         return Err(invalid("this is a symbolic link, which is not followed here"));
     }
-    // The first flag refuses a link that was planted since, the second keeps a named pipe from blocking.
+    // The first flag rejects a link that was planted in between, the second prevents a named pipe from blocking.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::custom_flags(options, libc::O_NOFOLLOW | libc::O_NONBLOCK);
     let file = options.open(path)?;
@@ -56,8 +56,8 @@ fn open_with(path: &Path, options: &mut OpenOptions) -> Result<File> {
     Ok(file)
 }
 
-/// Writes a file under a random name in the same folder, and renames it when it is on the disk: at any time there
-/// is the old file or the new one. A symbolic link at `path` is replaced itself.
+/// Writes a file under a random name in the same folder, and renames it when it is on the disk. So at any time either
+/// the old or the new file exists. A symbolic link at `path` is replaced, not followed.
 pub(crate) fn replace<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<T>,
@@ -73,7 +73,7 @@ pub(crate) fn replace<T>(
     Ok(written)
 }
 
-/// Checks that a folder is a real one, owned by the user of this process, and that nobody else can write to it.
+/// Checks that a folder is not a link, that the user of this process owns it, and that no other user can write to it.
 ///
 /// `own` is metadata of a file that this process has just created.
 #[cfg(unix)]
@@ -94,7 +94,7 @@ pub(crate) fn check_folder(path: &Path, own: &fs::Metadata) -> Result<()> {
     Ok(())
 }
 
-/// Checks that a folder is a real one.
+/// Checks that a folder is not a link.
 #[cfg(not(unix))]
 pub(crate) fn check_folder(path: &Path, _own: &fs::Metadata) -> Result<()> {
     let is_folder = fs::symlink_metadata(path)?.is_dir();

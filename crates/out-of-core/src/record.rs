@@ -6,7 +6,7 @@ use simplify::blocks::Forecast;
 use crate::layout::Kind;
 use crate::sealed_json::is_checksum;
 
-/// What is known of a region on disk.
+/// The record of a region on disk.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
     /// The SHA-256 checksum of the file.
@@ -15,11 +15,11 @@ pub struct Record {
     pub bytes: u64,
     /// The number of faces that the cell owns.
     pub faces: u64,
-    /// How many faces a pass would remove at which costs. Regions that can be collapsed have one.
+    /// The number of faces that a pass would remove at each cost. Regions that can be collapsed have a forecast.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub forecast: Option<Forecast>,
-    /// The proved distance between the faces of the cell before and after the step, in model units. `None` if nothing
-    /// was to be proved, or no finite distance was.
+    /// The proved distance between the faces of the cell before and after the step, in model units. `None` if no proof
+    /// was requested, or no finite distance could be proved.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub moved: Option<f64>,
 }
@@ -28,7 +28,7 @@ pub struct Record {
 const TRIANGLE: u64 = 12;
 
 impl Record {
-    /// Checks a record that was read, of a run that proves distances or does not.
+    /// Checks a record that was read. `proves` tells whether the run proves distances.
     pub(crate) fn check(&self, kind: Kind, proves: bool) -> Result<(), &'static str> {
         if !is_checksum(self.sha256.as_bytes()) {
             return Err("its checksum of the region is not one");

@@ -1,4 +1,4 @@
-//! Collapsing one region up to a cost, and proving how far that moves its faces.
+//! Collapses of one region up to a cost, and the proof of the distance that they cause.
 
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::blocks::{CostThreshold, FlatMesh, Fragment, Rules};
@@ -7,8 +7,8 @@ use crate::error::Error;
 use crate::region::Region;
 use crate::renumber::{inverse, renumbered};
 
-/// Collapses the edges of a region up to a cost. Vertices of other cells and their neighbours stay. The result is a pure
-/// function of the arguments, bit for bit.
+/// Collapses the edges of a region up to a cost. Vertices of other cells and their neighbours stay. The result is a
+/// pure function of the arguments, bit for bit.
 #[must_use]
 pub fn reduce(region: Region, rules: &Rules, cost_threshold: CostThreshold) -> Region {
     let pass = region.level as usize;
@@ -20,7 +20,8 @@ pub fn reduce(region: Region, rules: &Rules, cost_threshold: CostThreshold) -> R
 }
 
 impl Region {
-    /// The region with its fragment after a pass, whose vertices had these indices here; in the order of the region.
+    /// The region with its fragment after a pass, in the order of the region; `places` are the earlier indices of the
+    /// vertices.
     fn followed_by(self, fragment: Fragment, places: &[u32]) -> Self {
         let Fragment { positions, own, quadrics, triangles, vertex_ids } = fragment;
         let place = |&v: &u32| places[v as usize];
@@ -28,7 +29,7 @@ impl Region {
             vertex_ids.iter().map(place).zip(0..vertex_ids.len() as u32).collect();
         order.sort_unstable();
         let number = inverse(order.iter().map(|&(_, v)| v));
-        // Non-manifold vertices are own vertices, too.
+        // Non-manifold vertices are own vertices as well.
         let left = own + self.non_manifold.len();
         let quadric = |&(_, v): &(u32, u32)| quadrics.get(v as usize).copied().unwrap_or_default();
         let of_old = |old: u32| order.partition_point(|&(place, _)| place < old) as u32;
@@ -47,7 +48,7 @@ impl Region {
 }
 
 /// A proved upper bound of the Hausdorff distance between the own faces of a region before and after a step, in model
-/// units. The bound is at most `tolerance` too large, or more where that would take too long.
+/// units. The bound is at most `tolerance` too large; the excess can be larger if the proof would take too long.
 ///
 /// # Errors
 /// A position is not finite.

@@ -1,9 +1,10 @@
 //! Refinement of the result, piece by piece, each against its own part of the original.
 //!
-//! The faces of the result are divided into pieces by cell. A face of the original belongs to the piece that is closest to
-//! its centroid. Each piece is fitted, annealed, and its largest error is reduced, as the options say. The boundary of a
-//! piece stays, so that pieces fit together again. Further rounds refine the faces near vertices that were on a boundary
-//! in each round so far, in pieces that are divided in other directions, until few such vertices are left.
+//! The faces of the result are divided into pieces by cell. A face of the original belongs to the piece that is closest
+//! to its centroid. Each piece is fitted and annealed, and its largest error is reduced, as the options say. The
+//! boundary of a piece stays, so that the pieces fit together again. Further rounds refine the faces near vertices that
+//! were on a boundary in each round so far, in pieces that are divided in other directions, until few such vertices are
+//! left.
 
 use core::ops::Range;
 use std::path::{Path, PathBuf};
@@ -26,17 +27,17 @@ use crate::renumber::{FirstUse, NONE};
 use crate::step::Step;
 use crate::work::Work;
 
-/// The number of rings of faces about a boundary between pieces that a further round refines.
+/// The number of rings of faces around a boundary between pieces that a further round refines.
 const RINGS: usize = 4;
 
-/// Rounds end when fewer than one in so many vertices was on a boundary between pieces in each of them. For large pieces
-/// that is so after the second round.
+/// Rounds end when fewer than one in this many vertices was on a boundary between pieces in each round. For large
+/// pieces this is the case after the second round.
 const MOST_STUCK: usize = 100;
 
 /// The rotations of space before it is divided, for rounds after the first: angles about x, then about z, in radians.
 const TURNS: [[f64; 2]; 3] = [[0.785, 0.471], [1.3, 1.1], [2.2, 0.8]];
 
-/// How a mesh is refined, and against what.
+/// The settings and data of a refinement.
 pub(crate) struct Refinement<'f> {
     pub(crate) work: &'f Work,
     /// The cells of level 0 that the mesh was made from.
@@ -44,14 +45,14 @@ pub(crate) struct Refinement<'f> {
     pub(crate) options: &'f Steps,
 }
 
-/// A refined mesh, and the index in it of each vertex of the mesh before that has not moved; [`NONE`] for others. Vertices
-/// on the boundary do not move.
+/// A refined mesh, and for each vertex of the mesh before, its new index if it has not moved; otherwise [`NONE`].
+/// Vertices on the boundary do not move.
 pub(crate) struct Refined {
     pub(crate) mesh: TriMesh,
     pub(crate) kept: Vec<u32>,
 }
 
-/// The refinement of a mesh of which every face may have been simplified elsewhere.
+/// The refinement of a mesh whose faces may all have been simplified in other processes.
 pub(crate) fn refinement(options: &Options) -> Steps {
     options.refine.steps(&options.protect, 0)
 }
@@ -85,7 +86,7 @@ impl Refinement<'_> {
         }
         let mut non_manifold = rims(&mesh, &of_face);
         mesh = follow(self.round(0, mesh, &of_face, self.cells.clone(), observer)?);
-        // Vertices on boundaries between pieces are where they were; their faces may have been flipped.
+        // Vertices on boundaries between pieces have not moved; their faces may have been flipped.
         let depth = self.cells.len().trailing_zeros();
         for (number, [about_z, about_x]) in (1..).zip(TURNS) {
             let is_enough = number > 1 && non_manifold.len() * MOST_STUCK < mesh.positions().len();
@@ -106,7 +107,7 @@ impl Refinement<'_> {
         Ok(Refined { mesh, kept })
     }
 
-    /// Refines each piece by itself, and joins them again.
+    /// Refines each piece separately, and joins the pieces.
     fn round(
         &self,
         number: u32,
@@ -116,7 +117,7 @@ impl Refinement<'_> {
         observer: &mut dyn FnMut(Step) -> bool,
     ) -> Result<Refined, Error> {
         let folder = self.work.folder();
-        // Others may refine the same cell at the same time, when they believe that this process is lost.
+        // Another process may refine the same cell at the same time, if it assumes that this process is dead.
         let scratch = tempfile::Builder::new().prefix(REFINE).tempdir_in(folder);
         let scratch = scratch.map_err(Error::io(folder))?;
         let folder = scratch.path();
@@ -145,7 +146,7 @@ impl Refinement<'_> {
         };
         let glued = match glue(&mesh, of_face, &refined(self.options)?) {
             Ok(glued) => Some(glued),
-            // Two pieces have flipped to the same edge. Without flips that cannot happen.
+            // Two pieces have flipped to the same edge. Without flips this cannot happen.
             Err(_) => glue(&mesh, of_face, &refined(&only_moves(self.options))?).ok(),
         };
         Ok(glued.unwrap_or_else(|| {
@@ -174,7 +175,7 @@ fn centroid([a, b, c]: [DVec3; 3]) -> DVec3 {
     (a + b + c) / 3.0
 }
 
-/// The bits of a position, by which a vertex that does not move is found again.
+/// The bits of a position, which identify a vertex that does not move.
 type Place = [u64; 3];
 
 fn place_of(point: DVec3) -> Place {
@@ -330,7 +331,7 @@ impl Piece {
 
     /// The piece after its refinement.
     fn refined(mut self, original: &Surface, options: &Steps) -> Result<Self, Error> {
-        // Without curves to slide along, vertices on the boundary do not move.
+        // Without curves, vertices on the boundary do not move.
         let mut constraints = FitConstraints::default();
         if let Some(options) = &options.fit {
             fit(&mut self.mesh, original, &constraints, options).map_err(SimplifyError::from)?;
@@ -363,7 +364,7 @@ impl Piece {
     }
 }
 
-/// Joins the pieces, and the faces that belong to none.
+/// Joins the pieces, and the faces that belong to no piece.
 fn glue(
     mesh: &TriMesh,
     of_face: &FaceMap<u32>,

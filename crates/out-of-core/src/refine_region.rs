@@ -1,7 +1,7 @@
 //! Refinement of a region of a result that does not fit into memory, against its own part of the original.
 //!
-//! The boundary of its own faces stays as it is. So regions are refined one by one, on any machine, and fit together
-//! again.
+//! The boundary of its own faces stays unchanged. So regions can be refined one by one, on any machine, and still fit
+//! together.
 
 use mesh_core::{FaceId, Repair, TriMesh, VertexId, build};
 use simplify::Steps;
@@ -14,7 +14,7 @@ use crate::renumber::NONE;
 use crate::step::Step;
 use crate::work::Work;
 
-/// Refines the own faces of a region; copies of others are left out.
+/// Refines the own faces of a region; copies of other faces are left out.
 pub(crate) fn refine_region(
     work: &Work,
     region: Region,
@@ -65,13 +65,13 @@ fn has_new_edges(before: &TriMesh, refined: &Refined) -> bool {
     })
 }
 
-/// The region with its refined faces. Vertices on their boundary keep their indices in the input; vertices within get
-/// indices that are free.
+/// The region with its refined faces. Vertices on their boundary keep their indices in the input; vertices inside get
+/// free indices.
 fn put_back(region: Region, before: &TriMesh, source: &[u32], refined: &Refined) -> Region {
     let Region { level, cell, own, vertex_ids, other_cells, positions, .. } = region;
     let mesh = &refined.mesh;
     let topology = before.topology();
-    // By vertex of the result its index in the region.
+    // For each vertex of the result, its index in the region.
     let mut place = vec![NONE; mesh.positions().len()];
     let mut is_used = vec![false; positions.len()];
     let mut is_within = vec![false; positions.len()];
@@ -86,7 +86,7 @@ fn put_back(region: Region, before: &TriMesh, source: &[u32], refined: &Refined)
     }
     let mut free = (0..own).filter(|&v| is_within[v] && !is_used[v]).map(|v| vertex_ids[v]);
     let mut beyond = (0..u64::MAX).rev();
-    // Own vertices: those on the boundary and those that only copies use, then those within.
+    // Own vertices: first those on the boundary and those that only copies use, then those inside.
     let mut owned: Vec<(u64, u32, bool)> = (0..own as u32)
         .filter(|&v| is_used[v as usize] || !is_within[v as usize])
         .map(|v| (vertex_ids[v as usize], v, true))

@@ -34,14 +34,14 @@ const MAGIC: &[u8; 16] = b"curvmesh region\0";
 const VERSION: u32 = 1;
 const HEADER: u64 = 16 + 12 + 40;
 const CHECKSUM: u64 = 32;
-/// Bytes that are read or written at a time.
+/// The size of a buffer in bytes.
 const BLOCK: usize = 1 << 16;
 
 /// A region of a mesh: all faces with a corner in its cell.
 ///
-/// The region owns the vertices in its cell. It holds vertices of other cells that its faces use; these vertices and
-/// their neighbours stay where they are until the cells are joined. A face is owned by the lowest of the cells of its
-/// corners. The other cells hold copies of it.
+/// The region owns the vertices in its cell. It also holds vertices of other cells that its faces use; these vertices
+/// and their neighbours do not move until the cells are joined. The lowest of the cells of its corners owns a face. The
+/// other cells hold copies of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
     /// The level: how many times cells were joined.
@@ -54,8 +54,8 @@ pub struct Region {
     pub vertex_ids: Vec<u64>,
     /// The cell, on this level, of each vertex that is not owned.
     pub other_cells: Vec<u32>,
-    /// Own vertices where the surface is not manifold, ascending. They stay until the regions are one mesh, which is cut
-    /// there.
+    /// Own vertices where the surface is not manifold, ascending. They stay until the regions are one mesh, which is
+    /// then cut there.
     pub non_manifold: Vec<u32>,
     /// The positions of the vertices.
     pub positions: Vec<DVec3>,
@@ -90,8 +90,8 @@ impl Region {
         self.own_triangles().count()
     }
 
-    /// The fragment that the collapses work on, the index in this region of each of its vertices, and the rest of the
-    /// region. Vertices that may move come first; non-manifold vertices are among the others.
+    /// The fragment for the collapses, the index in this region of each of its vertices, and the rest of the region.
+    /// Vertices that may move come first; non-manifold vertices are among the others.
     pub(crate) fn into_fragment(self) -> (Fragment, Vec<u32>, Self) {
         let Self { positions, quadrics, triangles, .. } = self;
         let mut is_held = vec![false; self.own];
@@ -124,7 +124,7 @@ impl Region {
         (fragment, places, rest)
     }
 
-    /// Writes the region, whole or not at all. Returns the checksum and the length of the file.
+    /// Writes the region, completely or not at all. Returns the checksum and the length of the file.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -213,7 +213,7 @@ impl Region {
                 "it is {size} bytes long, which is not what its header says; it was cut short"
             )));
         }
-        // Both counts are below the length of the file, so that their sum fits.
+        // Both counts are below the length of the file, so their sum does not overflow.
         if own + others > u64::from(u32::MAX) || triangles > u64::from(u32::MAX) / 3 {
             return Err(Error::RegionTooLarge { faces: triangles });
         }
@@ -254,7 +254,7 @@ impl Region {
         Ok((region, hex(&sum)))
     }
 
-    /// Checks the content: a checksum only shows that nothing has changed since it was written.
+    /// Checks the content: a checksum only shows that the file is unchanged since it was written.
     fn check(&self, path: &Path) -> Result<(), Error> {
         let damaged = |reason: &str| Err(Error::damaged(path, reason));
         if self.triangles.as_flattened().iter().any(|&v| v as usize >= self.positions.len()) {
@@ -320,7 +320,7 @@ fn put_all<T>(
     Ok(())
 }
 
-/// A writer that computes the checksum of what is written.
+/// A writer that computes the checksum of its output.
 struct Summed<W> {
     inner: W,
     sum: Sha256,
@@ -340,7 +340,7 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-/// A reader of arrays that computes the checksum of what is read.
+/// A reader of arrays that computes the checksum of its input.
 struct Summing<'p, R> {
     inner: R,
     sum: Sha256,
@@ -359,7 +359,7 @@ impl<R: Read> Summing<'_, R> {
         self.array().map(u32::from_le_bytes)
     }
 
-    /// Reads values of `N` bytes each. The caller has checked that the file is long enough.
+    /// Reads values of `N` bytes each. The caller must check that the file is long enough.
     fn all<const N: usize, T>(
         &mut self,
         count: usize,

@@ -3,7 +3,7 @@
 /// Marks a vertex without a number.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// The inverse of an order: by old number the place in the order, which is the new number.
+/// The inverse of an order: for each old number its place in the order, which is the new number.
 ///
 /// For example, the inverse of `[2, 0, 1]` is `[1, 2, 0]`.
 pub(crate) fn inverse(order: impl ExactSizeIterator<Item = u32>) -> Vec<u32> {
@@ -23,12 +23,12 @@ pub(crate) fn renumbered<'t>(
 /// Numbers the vertices that some triangles use, in the order of their first use.
 pub(crate) struct FirstUse {
     number: Vec<u32>,
-    /// By new number the old one.
+    /// The old number for each new number.
     pub(crate) used: Vec<u32>,
 }
 
 impl FirstUse {
-    /// Of so many vertices, none is in use yet.
+    /// Starts with `vertices` vertices, none of which is in use.
     pub(crate) fn new(vertices: usize) -> Self {
         Self { number: vec![NONE; vertices], used: Vec::new() }
     }

@@ -1,4 +1,4 @@
-//! All steps of a run, one after the other, in this process.
+//! All steps of a run in sequence, in this process.
 
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
@@ -39,10 +39,10 @@ pub struct Outcome {
     pub levels: Vec<u64>,
     /// The number of cells of each level.
     pub cells: Vec<u32>,
-    /// Why the collapses have ended.
+    /// The reason for the end of the collapses.
     pub stop: StopReason,
-    /// A proved upper bound of the Hausdorff distance between input and result, in model units. `None` if nothing was to
-    /// be proved, or no finite bound was.
+    /// A proved upper bound of the Hausdorff distance between input and result, in model units. `None` if no proof was
+    /// requested, or no finite bound could be proved.
     pub error: Option<f64>,
     /// The other results, from the finest, if [`Settings::finer_levels`](crate::Settings::finer_levels) names any.
     pub finer_levels: Vec<DetailLevel>,
@@ -58,7 +58,7 @@ pub struct DetailLevel {
     place: Place,
 }
 
-/// Where a result on disk is.
+/// The place of a result on disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place {
     /// In the refined cells of a level.
@@ -68,7 +68,7 @@ enum Place {
 }
 
 impl DetailLevel {
-    /// Reads the mesh, or tells which regions it consists of.
+    /// Reads the mesh, or returns the level of its regions.
     ///
     /// # Errors
     /// The file is missing or damaged.
@@ -93,13 +93,13 @@ impl Outcome {
     }
 }
 
-/// Does the steps of a run that are not done yet. `observer` is asked before each step whether to go on.
+/// Does the remaining steps of a run. `observer` is called before each step, and returns whether to go on.
 ///
 /// # Errors
 /// Another process works in the folder, or a step fails. Finished steps stay done.
 pub fn run(work: &Work, observer: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Error> {
     let _alone = work.alone()?;
-    // Regions of levels below were joined, and may have been removed since.
+    // Regions of lower levels were joined, and may have been removed since.
     let joined = work.current()?.level;
     let mut level = 0;
     let (mut levels, mut cells, mut finer_levels) = (Vec::new(), Vec::new(), Vec::new());
@@ -151,7 +151,7 @@ pub fn run(work: &Work, observer: &mut dyn FnMut(Step) -> bool) -> Result<Outcom
     })
 }
 
-/// Collapses the cells of a level, and joins them to those of the next one.
+/// Collapses the cells of a level, and joins them to the cells of the next level.
 fn pass(
     work: &Work,
     plan: &Plan,
@@ -193,7 +193,7 @@ fn refine_cells(
     Ok(DetailLevel { faces, error, place: Place::Cells { level } })
 }
 
-/// The results from this number on, which are made in memory from all regions of a level.
+/// The results from number `first` on, which are made in memory from all regions of a level.
 fn lod_outputs(
     work: &Work,
     level: u32,
@@ -210,8 +210,8 @@ fn lod_outputs(
     }))
 }
 
-/// Collapses and refines all regions of a level as one mesh. Returns the mesh, why its collapses have ended, and the bound
-/// of its distance from the input.
+/// Collapses and refines all regions of a level as one mesh. Returns the mesh, the reason for the end of its collapses,
+/// and the bound of its distance from the input.
 fn simplify_in_memory(
     work: &Work,
     level: u32,
@@ -241,8 +241,8 @@ fn simplify_in_memory(
     Ok((mesh, run.stop, error))
 }
 
-/// Refines a cell of a level that is a result, against its own part of the original. The step reads regions of level 0 and
-/// its own region, and none of its neighbours.
+/// Refines a cell of a level that is a result, against its own part of the original. The step reads regions of level 0
+/// and its own region, and none of its neighbours.
 ///
 /// # Errors
 /// The level is no result, a region is missing or damaged, or the refined region cannot be written.
@@ -266,7 +266,7 @@ pub fn refine_cell(
     work.put_refined(&refined, moved)
 }
 
-/// The bound of two distances one after the other; `None` if it is not finite.
+/// The bound of the sum of two distances; `None` if it is not finite.
 fn bound(before: f64, after: f64) -> Option<f64> {
     Some(add_up(before, after)).filter(|sum| sum.is_finite())
 }

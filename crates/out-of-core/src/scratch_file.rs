@@ -9,12 +9,12 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::private_files;
 
-/// Bytes that are read or written at a time.
+/// The size of a buffer in bytes.
 const BUFFER: usize = 1 << 16;
 
 /// The bytes of the index of a vertex.
 pub(crate) const ID: usize = 5;
-/// The largest number of vertices: that many indices fit into so many bytes.
+/// The largest number of vertices: their indices fit into [`ID`] bytes.
 pub(crate) const MOST_VERTICES: u64 = 1 << (8 * ID);
 
 pub(crate) fn id_bytes(id: u64) -> [u8; ID] {
@@ -81,13 +81,13 @@ pub(crate) struct ScratchFile {
 
 impl Drop for ScratchFile {
     fn drop(&mut self) {
-        // What cannot be removed only takes space.
+        // A file that cannot be removed only takes space.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
 impl ScratchFile {
-    /// The error of a file that does not hold what was written.
+    /// The error of a file whose content was changed.
     pub(crate) fn damaged(&self, reason: &str) -> Error {
         Error::damaged(&self.path, reason)
     }
@@ -136,7 +136,7 @@ impl ScratchReader<'_> {
     }
 }
 
-/// A number of corners that says: the number follows in four bytes.
+/// A number of corners that means: the actual number follows in four bytes.
 const LONG: u8 = u8::MAX;
 
 /// Appends a face of vertices below [`MOST_VERTICES`].
@@ -153,21 +153,21 @@ pub(crate) fn put_face(to: &mut ScratchWriter, corners: &[u64]) -> Result<(), Er
     corners.iter().try_for_each(|&v| to.put(&id_bytes(v)))
 }
 
-/// Points by index. The blocks that were used last are in memory.
+/// Points by index. The most recently used blocks are in memory.
 pub(crate) struct PointTable<'s> {
     path: &'s Path,
     file: File,
     count: u64,
-    /// By the remainder of the number of a block: a block and its points.
+    /// A block and its points, at the index given by the remainder of its number.
     slots: Vec<(u64, Vec<DVec3>)>,
     bytes: Vec<u8>,
 }
 
-/// The points of a block.
+/// The number of points in a block.
 const BLOCK: u64 = 1024;
 
 impl<'s> PointTable<'s> {
-    /// Opens a file of points, to take about so many bytes of memory.
+    /// Opens a file of points, and uses about `memory` bytes.
     pub(crate) fn new(points: &'s ScratchFile, memory: u64) -> Result<Self, Error> {
         let path = &points.path;
         let file = private_files::open(path).map_err(Error::io(path))?;

@@ -1,4 +1,4 @@
-//! Folders for temporary files: private, with a random name, removed in the end.
+//! Folders for temporary files: private, with a random name, removed at the end.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -10,12 +10,12 @@ use crate::error::Error;
 use crate::lock::FolderLock;
 use crate::private_files;
 
-/// How the name of each scratch folder ends.
+/// The suffix of the name of each scratch folder.
 const SUFFIX: &str = ".curvmesh";
 
 /// A folder for temporary files, which is removed when this is dropped.
 ///
-/// The folder is new, has a random name and mode 0700, and is locked as long as its owner lives.
+/// The folder is new, has a random name and mode 0700, and is locked as long as its owner exists.
 #[derive(Debug)]
 pub struct ScratchFolder {
     folder: TempDir,
@@ -23,11 +23,11 @@ pub struct ScratchFolder {
 }
 
 impl ScratchFolder {
-    /// Creates a scratch folder in `parent`, which is created if it is missing. `name` says what the files are for,
-    /// for example the name of the output; it becomes part of the name of the folder.
+    /// Creates a scratch folder in `parent`, which is created if it is missing. `name` describes the files, for example
+    /// by the name of the output; it becomes part of the name of the folder.
     ///
-    /// Scratch folders of the same name whose process was killed are removed: those of this user on this machine
-    /// since its start, whose lock nobody holds.
+    /// Leftover scratch folders of the same name are removed if this user created them on this machine since its last
+    /// start, and if no process holds their lock: their process was killed.
     ///
     /// # Errors
     /// The folder cannot be written.
@@ -48,13 +48,13 @@ impl ScratchFolder {
         Ok(Self { folder, _lock: lock })
     }
 
-    /// Where the folder is. A program that ends without dropping it removes it there.
+    /// The path of the folder. A program that ends without dropping this value must remove the folder itself.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Creates a folder in it.
+    /// Creates a folder inside.
     pub(crate) fn inner(&self, name: &str) -> Result<PathBuf, Error> {
         let path = self.folder.path().join(name);
         private_files::create_folder(&path).map_err(Error::io(&path))?;
@@ -62,7 +62,7 @@ impl ScratchFolder {
     }
 }
 
-/// Removes scratch folders with this prefix whose owner has ended. What cannot be removed stays.
+/// Removes scratch folders with this prefix whose owner has ended. Folders that cannot be removed stay.
 fn remove_leftovers(parent: &Path, prefix: &str, own: &Path) {
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let name = entry.file_name();

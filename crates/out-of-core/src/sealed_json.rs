@@ -10,10 +10,9 @@
 //!   "sha256": "..."                the checksum of this text, with 64 zeros in place of it
 //! }
 //! ```
-//!
-//! So a record that was changed, that belongs to another run or place, or that was made from files that have changed
-//! since is found when it is read. The checksum guards against damage and mistakes. It is no signature: whoever can
-//! write to the folder can compute it too, which is why the folder is private, and why contents are checked as well.
+//! So the reader detects a record that was changed, that belongs to another run or place, or that was made from files
+//! that have changed since. The checksum protects against damage and mistakes. It is not a signature: anyone who can
+//! write to the folder can also compute it. So the folder is private, and contents are checked as well.
 
 use std::io::Read;
 use std::path::Path;
@@ -33,14 +32,14 @@ const END: &[u8] = b"\"\n}";
 /// The digits of a checksum.
 const DIGITS: usize = 64;
 
-/// What a file says about itself.
+/// The header of a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Origin<'o> {
     /// The run that the file belongs to.
     pub(crate) run: &'o str,
     /// Its path within the work folder, with `/` between names.
     pub(crate) file: &'o str,
-    /// The checksum over the checksums of what the content was made from.
+    /// The checksum over the checksums of the inputs of the content.
     pub(crate) inputs: &'o str,
 }
 
@@ -62,9 +61,9 @@ pub(crate) struct Sealed<T> {
     version: u32,
     pub(crate) run: String,
     file: String,
-    /// The checksum over the checksums of what the content was made from.
+    /// The checksum over the checksums of the inputs of the content.
     pub(crate) inputs: String,
-    /// What the file is about.
+    /// The data.
     pub(crate) content: T,
     /// The checksum of the file.
     #[serde(rename = "sha256")]
@@ -97,7 +96,7 @@ pub(crate) fn write<T: Serialize>(
     Ok(seal)
 }
 
-/// Reads a file of at most `limit` bytes that belongs at `file` within its folder. `None`: it is not there.
+/// Reads a file of at most `limit` bytes that belongs at `file` within its folder. `None` if it does not exist.
 pub(crate) fn read<T: DeserializeOwned>(
     path: &Path,
     file: &str,
@@ -138,7 +137,7 @@ pub(crate) fn read<T: DeserializeOwned>(
     Ok(Some(sealed))
 }
 
-/// Takes the checksum out of a text, and puts zeros in its place.
+/// Extracts the checksum from a text, and puts zeros in its place.
 fn take_seal(bytes: &mut [u8]) -> Option<String> {
     let end = bytes.len().checked_sub(END.len())?;
     let start = end.checked_sub(DIGITS)?;

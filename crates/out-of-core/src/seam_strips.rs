@@ -1,9 +1,9 @@
-//! The strips of faces along the seams between the cells of a level. They are collapsed before the last passes to a result
-//! that does not fit into memory.
+//! The strips of faces along the seams between the cells of a level. They are collapsed before the last passes to a
+//! result that does not fit into memory.
 //!
-//! Vertices along seams between cells that were never joined are where they were in the input. A strip is all faces within
-//! some rings of such a seam. All strips together are collapsed like a region; the vertices that border on them are held.
-//! Then each cell takes back the vertices that it owned, and their faces.
+//! Vertices along seams between cells that were never joined still have their positions of the input. A strip consists
+//! of all faces within some rings of such a seam. All strips together are collapsed like a region; the vertices at
+//! their border are held. Then each cell takes back the vertices that it owned, and their faces.
 
 use std::path::Path;
 
@@ -19,14 +19,14 @@ use crate::renumber::NONE;
 /// The number of rings of vertices on either side of a seam that belong to its strip.
 const RINGS: usize = 4;
 
-/// The strips of a level: which cell each of their vertices belongs to.
+/// The strips of a level, with the cell of each of their vertices.
 pub(crate) struct SeamStrips {
     /// The index in the input of each vertex, and its cell; ascending.
     other_cells: Vec<(u64, u32)>,
 }
 
 impl SeamStrips {
-    /// Gathers the strips between cells, which are read one after the other, as one region. `None` if there are no seams, or
+    /// Collects the strips between cells as one region. The cells are read one by one. `None` if there are no seams, or
     /// the strips have more faces than allowed.
     pub(crate) fn gather(
         level: u32,
@@ -77,8 +77,8 @@ impl SeamStrips {
         Ok(Some((Self { other_cells }, Region { level, other_cells: nowhere, ..region })))
     }
 
-    /// The region of a cell on the next level: the old region, with its part of the collapsed strips in place of the old
-    /// strips.
+    /// The region of a cell on the next level: the old region, with the old strips replaced by its part of the
+    /// collapsed strips.
     pub(crate) fn put_back(
         &self,
         reduced: &Region,
@@ -173,7 +173,7 @@ fn region_of(
     })
 }
 
-/// Which own vertices of a region are in the strips. Vertices of other cells always are.
+/// Whether each own vertex of a region is in the strips. Vertices of other cells always are.
 fn near_seam(region: &Region) -> Vec<bool> {
     let own = region.own;
     let mut is_near = vec![false; own];
@@ -220,7 +220,7 @@ mod tests {
         faces
     }
 
-    /// Seam strips that were not changed leave every cell as it was.
+    /// Seam strips that were not changed leave every cell unchanged.
     #[test]
     fn what_is_taken_out_fits_in_again() {
         let folder = tempfile::tempdir().unwrap();

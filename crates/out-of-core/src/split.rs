@@ -17,12 +17,12 @@ use crate::non_manifold::non_manifold_vertices;
 use crate::region::Region;
 use crate::scratch_file::{ID, ScratchFile, ScratchWriter, id_bytes, id_of, point_bytes, point_of};
 
-/// Which defects of the input are repaired.
+/// The defects of the input that are repaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Repairs {
     /// Drop faces that use a vertex twice.
     pub drop_degenerate: bool,
-    /// Cut the surface where it is not manifold. That is done in the end; before, nothing is changed there.
+    /// Cut the surface where it is not manifold. The cut is made at the end; until then, these places are not changed.
     pub cut_non_manifold: bool,
 }
 
@@ -131,7 +131,7 @@ fn build_region(
     }
     let finder = IdIndex::new(&ids);
     let too_large = |faces: usize| Error::RegionTooLarge { faces: faces as u64 };
-    // Corners that belong to other cells are counted down from the largest number until all of them are known.
+    // Corners in other cells get temporary numbers, counted down from the largest one, until all of them are known.
     let mut others: Vec<(u64, u32, DVec3)> = Vec::new();
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     let mut is_used = vec![false; ids.len()];
@@ -211,15 +211,15 @@ fn build_region(
     })
 }
 
-/// One in so many of the smallest blocks is collapsed on trial for a forecast.
+/// One in this many of the smallest blocks is collapsed as a sample for a forecast.
 const FORECAST: usize = 16;
 
-/// How many faces of a region a pass would remove at which costs.
+/// The number of faces of a region that a pass would remove at each cost.
 pub(crate) fn forecast(region: Region, rules: &Rules) -> Forecast {
     let pass = region.level as usize;
     let (fragment, ..) = region.into_fragment();
     FlatMesh::from_fragment(fragment).forecast(pass, rules, DEEPEST, FORECAST)
 }
 
-/// The share of its faces down to which a block is collapsed for a forecast.
+/// The share of its faces to which a block is collapsed for a forecast.
 const DEEPEST: f64 = 0.1;

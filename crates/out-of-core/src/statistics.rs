@@ -1,8 +1,8 @@
 //! Counts of elements and defects of a mesh, region by region.
 //!
 //! A region holds all faces at its own vertices, which is enough to classify these vertices and their edges. An edge is
-//! counted in the lowest of its cells. Connected components extend over many regions: a component gets a number in each
-//! region, and numbers are united whose components share a vertex or a face.
+//! counted in the lowest of its cells. Connected components extend over many regions. A component gets a number in each
+//! region; numbers are merged if their components share a vertex or a face.
 
 use std::path::{Path, PathBuf};
 
@@ -21,8 +21,8 @@ use crate::scratch_file::{ID, ScratchFile, ScratchWriter, id_bytes};
 use crate::split::Repairs;
 use crate::step::Step;
 
-/// The results of [`mesh_core::diagnose()`] and [`mesh_core::PolygonSoup::measure`] for a mesh that is larger than memory.
-/// The counts are the same. Area and volume are summed in another order, and may differ in the last digits.
+/// The results of [`mesh_core::diagnose()`] and [`mesh_core::PolygonSoup::measure`] for a mesh that is larger than
+/// memory. The counts are the same. Area and volume are summed in another order, and may differ in the last digits.
 #[derive(Clone, Debug, Default)]
 pub struct Statistics {
     /// Counts of elements and defects.
@@ -31,14 +31,14 @@ pub struct Statistics {
     pub measures: SoupMeasures,
 }
 
-/// The bytes that a face takes while its region is classified.
+/// The bytes per face while its region is classified.
 const PER_FACE: u64 = 250;
 
 impl DiskMesh {
     /// Counts the elements and defects of the mesh, and measures it.
     ///
     /// # Errors
-    /// A face has a vertex that is not there, or the files cannot be read or written.
+    /// A face uses a missing vertex, or the files cannot be read or written.
     pub fn statistics(&self, observer: &mut dyn FnMut(Step) -> bool) -> Result<Statistics, Error> {
         let mut surveyor = Collector {
             found: Statistics::default(),
@@ -194,7 +194,7 @@ impl Collector {
     }
 }
 
-/// By what a vertex or a face is recognised in all regions.
+/// The key by which a vertex or a face is recognised in all regions.
 type Key = [u8; 3 * ID];
 
 fn key_of<const N: usize>(ids: [u64; N]) -> Key {
@@ -223,7 +223,7 @@ impl Components {
         Ok(Self { path, within: 0, numbers: DisjointSets::default(), count: 0, shared })
     }
 
-    /// Adds the components of a region, from all of its elements and from those that are in other regions too.
+    /// Adds the components of a region, from all of its elements and from the elements that are in other regions too.
     fn add(
         &mut self,
         sets: &mut DisjointSets,

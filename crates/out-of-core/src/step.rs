@@ -1,14 +1,14 @@
-//! How far a run has come.
+//! The progress of a run.
 
-/// How far a run has come. It is given to an observer, which returns whether to go on.
+/// The progress of a run. An observer receives it, and returns whether to go on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// What is being done.
+    /// The current task.
     pub what: &'static str,
-    /// How many parts of it are done.
+    /// The number of finished parts of it.
     pub done: u64,
-    /// How many parts there are; 0 if that is unknown.
+    /// The number of its parts; 0 if unknown.
     pub of: u64,
-    /// The level on which it is done.
+    /// The level of the task.
     pub level: u32,
 }

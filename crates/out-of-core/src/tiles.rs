@@ -39,8 +39,8 @@ pub struct Tiles {
     pub tiles: Vec<Tile>,
 }
 
-/// Writes a result as binary PLY files to a folder, which is created if it is missing: a tile for each region, or for each
-/// cell of level 0 if the result is one mesh. `tiles.json` is written last.
+/// Writes a result as binary PLY files to a folder, which is created if it is missing: a tile for each region, or for
+/// each cell of level 0 if the result is one mesh. `tiles.json` is written last.
 ///
 /// # Errors
 /// A region is missing or damaged, or a file cannot be written.

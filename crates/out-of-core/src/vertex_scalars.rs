@@ -1,7 +1,8 @@
 //! Scalars of vertices that are computed from the faces around each vertex, region by region.
 //!
-//! The region of a vertex holds all of its faces, in the order of the file, and their vertices in the order of the file. So
-//! the one-ring of the vertex, and what is computed from it, is the same as in the whole mesh, bit for bit.
+//! The region of a vertex holds all of its faces, in the order of the file, and their vertices in the order of the
+//! file. So the one-ring of the vertex, and all scalars computed from it, are the same as in the whole mesh, bit for
+//! bit.
 
 use glam::DVec3;
 use mesh_core::{Handle, PolygonSoup, Repair, TriMesh, VertexId, build};
@@ -20,27 +21,27 @@ pub struct VertexScalars {
     width: usize,
     /// The number of vertices of each file. The first file has those with the lowest indices.
     window: u64,
-    /// The index of each vertex and its scalars, in no order within a file.
+    /// The index of each vertex and its scalars, unsorted within a file.
     rows: Vec<ScratchFile>,
     /// The scalars of vertices that no face uses.
     blank: Vec<f64>,
-    /// The finite scalars of the column that ranks are asked for, of vertices that faces use.
+    /// The finite scalars of the column for ranks, of vertices that faces use.
     chosen: ScratchFile,
     count: u64,
     /// Whether all scalars of a column are exact with 32 bits.
     single: Vec<bool>,
 }
 
-/// The bytes that a face takes while the mesh of its region is built.
+/// The bytes per face while the mesh of its region is built.
 const PER_FACE: u64 = 420;
 
 impl DiskMesh {
-    /// Computes scalars of vertices. `of_mesh` is given the mesh of a region, and the vertices that have all their faces in
-    /// it; it returns `width` scalars for each of them. Ranks can be asked for of the column `chosen`.
+    /// Computes scalars of vertices. `of_mesh` receives the mesh of a region, and the vertices that have all their
+    /// faces in it; it returns `width` scalars for each of them. Ranks can later be queried in the column `chosen`.
     ///
     /// # Errors
-    /// The surface is not an oriented manifold, a face uses a vertex twice or one that is not there, or the
-    /// files cannot be read or written.
+    /// The surface is not an oriented manifold, a face uses a vertex twice or uses a missing vertex, or the files
+    /// cannot be read or written.
     pub fn vertex_scalars(
         &self,
         width: usize,
@@ -104,8 +105,8 @@ fn is_single(value: f64) -> bool {
     value.is_nan() || f64::from(value as f32) == value
 }
 
-/// The mesh of a region, and its own vertices in it. Vertices of other cells have only some of their faces here, and may be
-/// cut into several.
+/// The mesh of a region, and its own vertices in it. Vertices of other cells have only some of their faces here, and
+/// may be cut into several.
 fn mesh_of(region: Region) -> Result<(TriMesh, Vec<VertexId>), Error> {
     let Region { own, vertex_ids, positions, mut triangles, .. } = region;
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
@@ -134,7 +135,7 @@ fn mesh_of(region: Region) -> Result<(TriMesh, Vec<VertexId>), Error> {
         let own = (0..source.len()).filter(|&v| is_own(source[v])).map(VertexId::from_index);
         return Ok((built.mesh, own.collect()));
     }
-    // The parts of a vertex that was cut follow each other.
+    // The parts of a vertex that was cut become consecutive.
     let mut again: Vec<u32> = (0..source.len() as u32).collect();
     again.sort_by_key(|&v| source[v as usize]);
     let number = inverse(again.iter().copied());
@@ -167,7 +168,8 @@ impl VertexScalars {
         if rank >= self.count {
             return Ok(None);
         }
-        // Radix selection with digits of 16 bits: each time through the file, scalars with the digits so far are counted.
+        // Radix selection with digits of 16 bits: each pass over the file counts scalars that start with the digits
+        // found so far.
         let (mut prefix, mut left) = (0_u64, rank);
         for digit in (0..4).rev() {
             let mut counts = vec![0_u64; 1 << 16];
@@ -213,7 +215,7 @@ impl VertexScalars {
     }
 }
 
-/// Bits in the order of the numbers.
+/// Bits whose order is the order of the numbers.
 fn ordered(value: f64) -> u64 {
     let bits = value.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }

@@ -27,15 +27,15 @@ use crate::seam_strips::SeamStrips;
 use crate::split::{forecast, split};
 use crate::step::Step;
 
-/// The most bytes of a manifest: planes between cells are most of it.
+/// The largest size of a manifest in bytes. Planes between cells take most of it.
 const LONGEST_MANIFEST: u64 = 256 << 20;
-/// The most bytes of a plan or a record.
+/// The largest size of a plan or a record in bytes.
 const LONGEST_RECORD: u64 = 16 << 20;
 
 /// The folder of a run.
 ///
-/// Whoever holds one has a lock on the folder, shared with other processes that do steps of the run. [`Work::split`]
-/// and [`run`](crate::run()) need the folder alone.
+/// A value of this type holds a lock on the folder, shared with other processes that do steps of the run.
+/// [`Work::split`] and [`run`](crate::run()) need the folder for themselves.
 #[derive(Clone, Debug)]
 pub struct Work {
     folder: PathBuf,
@@ -79,7 +79,7 @@ impl Work {
         if let Ok(work) = &work {
             work.lock.admit_others()?;
         } else {
-            // Nobody can go on with a part of it.
+            // A part of the regions is of no use.
             layout::remove_content(folder);
             let _ = fs::remove_file(folder.join(MARK));
             let _ = fs::remove_dir(folder);
@@ -107,7 +107,7 @@ impl Work {
         let cells = Cells::new(core::mem::take(&mut ingested.sample), depth);
         let summary = ingested.summary.clone();
         let manifest = Manifest { settings, input: identity, summary, cells };
-        // Records name the manifest by its checksum. It takes its place when all of them are there.
+        // Records name the manifest by its checksum. The manifest is put in its place when all records exist.
         let prepared = scratch.join(RUN);
         let nonce = format!("{:032x}", fastrand::u128(..));
         let origin = Origin { run: &nonce, file: RUN, inputs: "" };
@@ -157,9 +157,9 @@ impl Work {
 
     /// Removes the files of the run, and the folder if nothing else is in it.
     pub fn remove(self) {
-        // Others who still work in it would lose their files.
+        // Other processes that still work in it would lose their files.
         let Ok(_alone) = self.lock.alone() else { return };
-        // What cannot be removed only takes space. Without the manifest nobody goes on with the rest.
+        // Files that cannot be removed only take space. Without the manifest, no run continues with them.
         let _ = fs::remove_file(self.folder.join(RUN));
         layout::remove_content(&self.folder);
         let _ = fs::remove_file(self.folder.join(MARK));
@@ -211,10 +211,10 @@ impl Work {
         self.manifest.settings.prove.map(|share| share * self.manifest.summary.size())
     }
 
-    /// The rules by which regions are collapsed.
+    /// The rules of the collapses of regions.
     ///
     /// # Errors
-    /// The options ask for what cannot be done region by region.
+    /// The options need the whole mesh.
     pub fn rules(&self) -> Result<Rules, Error> {
         rules(&self.manifest.settings.options, self.manifest.summary.size())
             .ok_or(Error::Unsupported("this set of options", "take other options"))
@@ -235,7 +235,7 @@ impl Work {
         sealed_json::write(&self.folder.join(file), origin, content)
     }
 
-    /// Reads a record or a plan of this run. `None`: it is not there.
+    /// Reads a record or a plan of this run. `None` if it does not exist.
     fn read_sealed<T: DeserializeOwned>(&self, file: &str) -> Result<Option<Sealed<T>>, Error> {
         let path = self.folder.join(file);
         let sealed = sealed_json::read(&path, file, LONGEST_RECORD)?;
@@ -257,7 +257,7 @@ impl Work {
         Ok(record.map(|record| record.seal).unwrap_or_default())
     }
 
-    /// The checksum over what a region is made from.
+    /// The checksum over the inputs of a region.
     fn inputs_of(&self, level: u32, cell: u32, kind: Kind) -> Result<String, Error> {
         let plan = match kind {
             Kind::Region => level.checked_sub(1),
@@ -302,7 +302,7 @@ impl Work {
         Ok(record)
     }
 
-    /// The record of a step, whether its region is still there or not. `None`: the step is not done.
+    /// The record of a step, even if its region was removed. `None` if the step is not done.
     fn read_record(&self, level: u32, cell: u32, kind: Kind) -> Result<Option<Record>, Error> {
         let file = layout::record(level, cell, kind);
         let Some(sealed) = self.read_sealed::<Record>(&file)? else { return Ok(None) };
@@ -315,7 +315,7 @@ impl Work {
         Ok(Some(sealed.content))
     }
 
-    /// The record of a step that is done: its region is there, and as long as it should be.
+    /// The record of a finished step: its region exists, and has the right length.
     fn record(&self, level: u32, cell: u32, kind: Kind) -> Result<Option<Record>, Error> {
         let path = self.path(level, cell, kind);
         let bytes = match fs::symlink_metadata(&path) {
@@ -339,7 +339,7 @@ impl Work {
         Ok(region)
     }
 
-    /// The number of cells of a level, whose regions need not be there yet.
+    /// The number of cells of a level. Their regions need not exist yet.
     ///
     /// # Errors
     /// A level below has no plan yet.
@@ -367,7 +367,7 @@ impl Work {
         Ok((cell << bits)..((cell + 1) << bits).min(below))
     }
 
-    /// The plan of a level as it was written, with numbers in their ranges. `None`: it is not there.
+    /// The plan of a level as written, after a check of its numbers. `None` if it does not exist.
     fn read_plan(&self, level: u32) -> Result<Option<Plan>, Error> {
         let file = layout::plan(level);
         let Some(sealed) = self.read_sealed::<Plan>(&file)? else { return Ok(None) };
@@ -385,8 +385,8 @@ impl Work {
         self.read_plan(level)?.ok_or_else(missing)
     }
 
-    /// Plans a level whose regions are all there, from the records of these regions and nothing else. The plan is
-    /// written down. A plan that is there already has to be the same.
+    /// Plans a level whose regions all exist, from the records of these regions only, and writes the plan. If a plan
+    /// exists already, it must be the same.
     ///
     /// # Errors
     /// A region is missing, a record is damaged, or the plan cannot be written.
@@ -461,7 +461,7 @@ impl Work {
             .map(|(record, _)| record)
     }
 
-    /// Collapses a region, proves how far that moves its faces, and writes the result.
+    /// Collapses a region, proves the distance that this causes, and writes the result.
     fn reduce_region(
         &self,
         region: Region,
@@ -521,7 +521,7 @@ impl Work {
             }
             self.get(level, cell, Kind::Region)
         };
-        // The cell that strips are taken from is in memory beside them.
+        // The cell that strips are taken from is in memory at the same time.
         let most = self.manifest.settings.capacity.region_faces / 4 * 3;
         let (strips, region) = SeamStrips::gather(level, cells, most, &self.folder, read)?.unzip();
         let region = region.unwrap_or(Region { level, ..Region::default() });
@@ -643,21 +643,21 @@ impl Work {
         }
     }
 
-    /// The region of a cell after its collapses, which are done if they were not yet.
+    /// The region of a cell after its collapses. Does the collapses if needed.
     fn reduced(&self, level: u32, cell: u32) -> Result<Region, Error> {
         self.reduce(level, cell)?;
         self.get(level, cell, Kind::Reduced)
     }
 
-    /// Whether the region of a cell is there.
+    /// Whether the region of a cell exists.
     pub(crate) fn has_region(&self, level: u32, cell: u32) -> Result<bool, Error> {
         Ok(self.record(level, cell, Kind::Region)?.is_some())
     }
 
-    /// The plan of the highest level whose regions are all there. Regions of levels below may have been removed.
+    /// The plan of the highest level whose regions all exist. Regions of lower levels may have been removed.
     ///
     /// # Errors
-    /// No level is there, a record is damaged, or the plan cannot be written.
+    /// No level exists, a record is damaged, or the plan cannot be written.
     pub fn current(&self) -> Result<Plan, Error> {
         let (mut highest, mut level) = (0, 0);
         while let Some(cells) = self.cells_if_planned(level)? {

@@ -1,4 +1,4 @@
-//! Bounds that are added up over regions and passes, attacked: the exact distance must never be above.
+//! Bounds summed over regions and passes: the exact distance must never exceed them.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -33,6 +33,6 @@ fn two_hundred_random_partitions() {
         passes += done.levels.len() - 1;
         tightest = tightest.max(exact.lower / proved);
     }
-    // Runs with several passes, and bounds that say something.
+    // There are runs with several passes, and bounds that are not trivial.
     assert!(passes > 150 && tightest > 0.5, "{passes} passes, at best {tightest}");
 }

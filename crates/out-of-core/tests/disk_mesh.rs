@@ -1,4 +1,4 @@
-//! Meshes that pass by, beside the same work in memory.
+//! Operations on meshes on disk, compared with the same operations in memory.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -11,10 +11,10 @@ use mesh_io::{Format, Model, ReadOptions, WriteOptions};
 use mesh_metric::{CompareOptions, Surface, compare};
 use out_of_core::{DiskMesh, Error, Input, ScratchFolder, distance};
 
-/// Memory in which these meshes have many regions.
+/// A memory limit at which these meshes have many regions.
 const LITTLE: u64 = 31 << 20;
 
-/// Reads a file into a folder, and does something with it.
+/// Reads a file into a folder, and applies an operation to it.
 fn with_disk_mesh<T>(
     input: &Path,
     act: impl FnOnce(&DiskMesh) -> Result<T, Error>,
@@ -37,7 +37,7 @@ fn save(soup: &PolygonSoup, path: &Path) -> PathBuf {
     path.to_owned()
 }
 
-/// Triangles between random ones of the vertices of a torus, and some of its own.
+/// Random triangles over the vertices of a torus, and some of its own triangles.
 fn tangle(seed: u64) -> PolygonSoup {
     let mut random = fastrand::Rng::with_seed(seed);
     let mesh = torus(60_000, seed);
@@ -48,7 +48,7 @@ fn tangle(seed: u64) -> PolygonSoup {
     });
     for triangle in mesh.topology().triangles() {
         match random.u32(0..100) {
-            // Holes, duplicates, and faces that are turned over.
+            // Holes, duplicates, and reversed faces.
             0..20 => {}
             20..23 => {
                 soup.push_face(&triangle).unwrap();
@@ -78,7 +78,7 @@ fn a_survey_counts_what_a_diagnosis_does() {
     let mut soups: Vec<PolygonSoup> = (0..3).map(tangle).collect();
     soups.push(torus(60_000, 1).to_soup());
     soups.push(open_torus(60_000, 2).to_soup());
-    // Many parts, most of which lie in several regions.
+    // Many components, most of which lie in several regions.
     let mut rings = PolygonSoup::new();
     for ring in 0..40_u32 {
         let first = rings.vertex_count() as u32;
@@ -97,7 +97,7 @@ fn a_survey_counts_what_a_diagnosis_does() {
     for (i, soup) in soups.iter().enumerate() {
         let input = save(soup, &folder.path().join("in.ply"));
         let statistics = with_disk_mesh(&input, |mesh| mesh.statistics(&mut |_| true)).unwrap();
-        // Which side is out takes the whole mesh: the survey does not know it.
+        // The orientation towards the outside needs the whole mesh, so the survey does not determine it.
         let mut whole = diagnose(soup).unwrap();
         whole.inside_out = None;
         assert_eq!(statistics.diagnosis, whole, "{i}");
@@ -144,7 +144,7 @@ fn numbers_of_vertices_have_the_same_bits() {
         let topology = mesh.topology();
         let row = |&v: &VertexId| {
             let mut sum = DVec3::ZERO;
-            // In the order in which faces are met: another order would have other last digits.
+            // In the order of the faces: another order would change the last digits.
             for face in topology.faces_of_vertex(v) {
                 let [a, b, c] = mesh.triangle(face);
                 sum += (b - a).cross(c - a) * 0.1;
@@ -198,7 +198,7 @@ fn numbers_of_vertices_have_the_same_bits() {
         assert!(ranks.iter().all(|&(rank, value)| sorted[rank] == value));
         assert!(model.vertex_colors.unwrap()[0][0] > 0.0);
     }
-    // What is no mesh is told by the vertex.
+    // The error names the vertex at which the surface is not a manifold.
     let input = save(&tangle(7), &folder.path().join("tangle.ply"));
     let refused = with_disk_mesh(&input, |mesh| {
         mesh.vertex_scalars(1, 0, &mut |_, own| vec![0.0; own.len()], &mut |_| true).map(|_| ())
@@ -219,7 +219,7 @@ fn distances_are_those_of_the_whole() {
     });
     let b = torus(50_000, 9);
     b.topology().triangles().for_each(|t| far.push_face(&t).unwrap());
-    // A few large faces among which small ones lie, and most of space is empty.
+    // A few large faces with small ones between them, in mostly empty space.
     let mut large = PolygonSoup::new();
     for corner in [[-9.0, -9.0, 0.5], [9.0, -9.0, 0.3], [9.0, 9.0, 0.5], [-9.0, 9.0, 0.0]] {
         large.push_vertex(corner);

@@ -1,4 +1,4 @@
-//! Files of regions: as they were written, or a typed error.
+//! Files of regions: reading gives the written region or a typed error.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -44,8 +44,8 @@ fn every_change_of_a_file_is_found() {
     }
 }
 
-/// A run that is killed while it splits its input, or removes what it has left, has no manifest any more, and levels
-/// that may be those of other settings: the next one begins anew, and leaves nothing either.
+/// A run that is killed while it splits its input, or while it removes its files, leaves no manifest, and perhaps
+/// levels of other settings. The next run starts again, and leaves no such files.
 #[test]
 fn a_folder_without_its_manifest_is_begun_anew() {
     let folder = tempfile::tempdir().unwrap();
@@ -57,7 +57,7 @@ fn a_folder_without_its_manifest_is_begun_anew() {
     let killed = split(&place, &input, &draft).unwrap();
     let levels = run(&killed, &mut |_| true).unwrap().levels.len();
     assert!(levels > 1);
-    // The lock of a process that was killed is free.
+    // The lock of a killed process is free.
     drop(killed);
     std::fs::remove_file(place.join("run.json")).unwrap();
     std::fs::remove_dir_all(place.join("level-0")).unwrap();
@@ -69,7 +69,7 @@ fn a_folder_without_its_manifest_is_begun_anew() {
     assert!(!place.exists());
 }
 
-/// Whoever writes a checksum of his own is not believed either.
+/// Invalid regions are rejected even with a correct checksum.
 #[test]
 fn what_is_no_region_is_refused_with_a_checksum_too() {
     let folder = tempfile::tempdir().unwrap();

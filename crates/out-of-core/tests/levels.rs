@@ -1,4 +1,4 @@
-//! Levels of detail: several results of one run, of which some fit into memory and some do not.
+//! Levels of detail: several results of one run, some of which fit into memory.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -51,7 +51,7 @@ fn mean(a: &TriMesh, b: &TriMesh) -> f64 {
     compare(&a, &b, &SAMPLED).mean()
 }
 
-/// With results on both sides of what fits.
+/// Settings with results that fit into memory and results that do not.
 fn given(preset: Preset) -> Settings {
     let finer = vec![faces(4000), ratio(0.6), faces(20_000)];
     Settings { finer_levels: finer, ..settings(preset, 1000, 10_000, 9000) }
@@ -115,7 +115,7 @@ fn levels_have_the_same_bits_however_they_come_about() {
     let mesh = torus(60_000, 2);
     let folder = tempfile::tempdir().unwrap();
     let input = write(&mesh, &folder.path().join("in.ply"));
-    // The one that knows more than quadrics.
+    // The preset that uses more than quadrics.
     let given = given(Preset::Default);
     let place = |name: &str| folder.path().join(name);
     let of = |outcome: &Outcome, work: &Work| -> Vec<_> {
@@ -155,7 +155,7 @@ fn levels_have_the_same_bits_however_they_come_about() {
         assert!(of(&run(&work, &mut |_| true).unwrap(), &work) == whole);
     });
 
-    // Stopped anywhere, and with a result that was cut short.
+    // Stopped at random steps, and with a region that was cut short.
     let mut random = fastrand::Rng::with_seed(7);
     let mut stops = 0;
     let outcome = loop {
@@ -177,7 +177,7 @@ fn levels_have_the_same_bits_however_they_come_about() {
     assert!(stops > 2, "{stops}");
     let work = Work::open(&place("stopped")).unwrap();
     assert!(of(&outcome, &work) == whole);
-    // What is done is not done again.
+    // Finished steps are not repeated.
     let mut steps = 0;
     let again = run(&work, &mut |_| {
         steps += 1;
@@ -186,7 +186,7 @@ fn levels_have_the_same_bits_however_they_come_about() {
     assert!(steps == 0 && of(&again.unwrap(), &work) == whole, "{steps}");
 }
 
-/// Cuts a finished region short, as when the power failed.
+/// Truncates a finished region, as a power failure would.
 fn cut_one_short(work: &Path, random: &mut fastrand::Rng) {
     let mut finished = Vec::new();
     for level in 0..20 {
@@ -202,8 +202,8 @@ fn cut_one_short(work: &Path, random: &mut fastrand::Rng) {
     }
 }
 
-/// Of a mesh that fits, levels are those of a run in memory, bit for bit. (Those of presets with more than
-/// quadrics begin otherwise with so few faces.)
+/// For a mesh that fits, the levels equal the levels of a run in memory, bit for bit. (Presets that use more than
+/// quadrics start differently with so few faces.)
 #[test]
 fn levels_of_what_fits_are_those_of_one_run() {
     let mesh = torus(20_000, 3);
@@ -275,7 +275,7 @@ fn a_level_is_a_number_of_faces() {
         assert!(matches!(split(&work, &input, &given), Err(Error::Unsupported(..))));
         assert!(!work.exists());
     }
-    // Twice the same, more than there are, and coarser than the options say: all of them are there.
+    // Equal targets, more faces than the input has, and coarser than in the options: all results exist.
     let finer = vec![faces(50), faces(50_000), faces(10_000), faces(10_000), ratio(0.0)];
     let given = Settings { finer_levels: finer, ..settings(Preset::Fast, 100, 4000, 5000) };
     let work = split(&work, &input, &given).unwrap();

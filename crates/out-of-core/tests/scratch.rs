@@ -17,7 +17,7 @@ fn a_scratch_folder_is_new_private_and_removed() {
     let parent = tempfile::tempdir().unwrap();
     let name = OsStr::new("out.ply");
     let [first, second] = [(); 2].map(|()| ScratchFolder::new(parent.path(), name).unwrap());
-    // A folder whose owner lives is left alone.
+    // A folder whose owner exists is left alone.
     assert!(first.path() != second.path() && first.path().exists());
     for scratch in [&first, &second] {
         assert!(scratch.path().file_name().unwrap().to_string_lossy().starts_with(".out.ply-"));
@@ -39,7 +39,7 @@ fn what_a_killed_run_has_left_is_removed_by_the_next_one_of_the_same_output() {
     let name = killed.path().file_name().unwrap().to_owned();
     let mark = fs::read(killed.path().join("curvmesh-work")).unwrap();
     drop(killed);
-    // The lock has died with its holder; the folder has not.
+    // The lock ends with its holder; the folder stays.
     let make = |name: &OsStr, mark: Option<&[u8]>| {
         let folder = parent.path().join(name);
         fs::create_dir(&folder).unwrap();

@@ -1,4 +1,4 @@
-//! Whole runs beside the same work in memory.
+//! Whole runs, compared with the same work in memory.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -10,7 +10,7 @@ use out_of_core::{
 };
 use simplify::{Options, Preset};
 
-/// The mean distance of two surfaces, both ways.
+/// The mean distance of two surfaces, in both directions.
 fn mean(a: &TriMesh, b: &TriMesh) -> f64 {
     let [a, b] = [a, b].map(|mesh| Surface::new(mesh).unwrap());
     let options = CompareOptions { samples: 100_000, ..CompareOptions::default() };
@@ -51,7 +51,7 @@ fn rims_do_not_show() {
     let done = Done::from(run(&work, &mut |_| true).unwrap());
     let original = Surface::new(&mesh).unwrap();
     let cells = &work.manifest().cells;
-    // By faces that lie in several cells and others: mean area and distance.
+    // Mean area and distance, for faces in several cells and for others.
     let mut sums = [[0.0; 3]; 2];
     for face in done.mesh.topology().faces() {
         let corners = done.mesh.triangle(face);
@@ -65,7 +65,7 @@ fn rims_do_not_show() {
     }
     let [elsewhere, rim] = sums.map(|[count, area, moved]| [area / count, moved / area, count]);
     assert!(rim[2] > 100.0, "{rim:?}");
-    // Larger faces are likelier to lie across a plane.
+    // Larger faces are more likely to lie across a plane.
     assert!(rim[0] > 0.9 * elsewhere[0] && rim[0] < 1.7 * elsewhere[0], "{rim:?} {elsewhere:?}");
     assert!(rim[1] < 1.25 * elsewhere[1], "{rim:?} {elsewhere:?}");
 }
@@ -142,7 +142,7 @@ fn a_run_that_was_stopped_anywhere_goes_on_to_the_same_result() {
             Err(Error::Stopped) => stops += 1,
             Err(error) => panic!("{error}"),
         }
-        // A file that was half written when the power failed, under its own name or another.
+        // A file that was half written at a power failure, under its own name or another.
         if let Some(path) = std::fs::read_dir(work.join("level-1")).ok().and_then(|mut all| {
             all.find_map(|entry| {
                 Some(entry.ok()?.path()).filter(|p| p.extension() == Some("region".as_ref()))
@@ -155,7 +155,7 @@ fn a_run_that_was_stopped_anywhere_goes_on_to_the_same_result() {
     };
     assert!(stops > 0);
     assert_eq!(bits(&done.mesh), bits(&whole.mesh));
-    // Another run is not mixed up with it.
+    // Another run is not confused with it.
     let other = settings(Preset::Default, 1001, 3000, 8000);
     assert!(matches!(split(&work, &input, &other), Err(Error::OtherRun { .. })));
 }
@@ -183,7 +183,7 @@ fn regions_hold_every_face_once_and_join_to_the_whole() {
         all
     };
     assert_eq!(sorted(owned), sorted(whole.clone()));
-    // Level by level, or all at once: the same.
+    // Level by level and all at once give the same result.
     let bits = cells.trailing_zeros();
     assert!(bits >= 4);
     let at_once = join(regions.clone(), bits).unwrap();
@@ -270,7 +270,7 @@ fn a_result_larger_than_memory_is_put_together_from_its_regions() {
         let work = split(&folder.path().join(preset.name()), &input, &given).unwrap();
         let done = run(&work, &mut |_| true).unwrap();
         let ResultMesh::OnDisk { level } = done.result else { panic!("{done:?}") };
-        // Refined by itself, on another machine, a cell is the same.
+        // A cell refined separately, on another machine, is the same.
         let record = refine_cell(&work, level, 1, &mut |_| true).unwrap();
         let path = work.folder().join(format!("level-{level}/cell-1.refined"));
         std::fs::remove_file(path).unwrap();
@@ -284,13 +284,13 @@ fn a_result_larger_than_memory_is_put_together_from_its_regions() {
         let result = TriMesh::from_soup(&model.soup).unwrap();
         assert_eq!(result.topology().face_count() as u64, done.faces);
         assert_eq!(euler(&result), euler(&mesh));
-        // Within one per cent of what was asked for.
+        // Within 1 % of the target.
         assert!(done.faces.abs_diff(24_000) < 240, "{preset} {} {:?}", done.faces, done.levels);
         let options = Options::preset(preset).to_faces(done.faces as usize);
         let whole = simplify::simplify(&mesh, &options).unwrap().mesh;
         let [here, there] = [&result, &whole].map(|result| mean(&mesh, result));
         assert!(here < 1.1 * there, "{preset}: {here} in regions, {there} in memory");
-        // Nor do the rims of its cells show.
+        // The borders of its cells are not visible.
         let cells = &work.manifest().cells;
         let bits = cells.count().trailing_zeros() - work.cells(level).unwrap().trailing_zeros();
         let [elsewhere, at_rims] = areas(&result, |point| cells.cell_of(point) >> bits);
@@ -302,7 +302,7 @@ fn a_result_larger_than_memory_is_put_together_from_its_regions() {
             assert!(compare(&a, &b, &CompareOptions::default()).hausdorff() <= proved);
         }
 
-        // The same as tiles: every face once, and on common rims the same coordinates.
+        // As tiles: every face exactly once, and equal coordinates on common borders.
         let tiles = write_tiles(&work, &ResultMesh::OnDisk { level }, &folder.path().join("tiles"))
             .unwrap();
         assert_eq!(tiles.faces, done.faces);
@@ -319,7 +319,7 @@ fn a_result_larger_than_memory_is_put_together_from_its_regions() {
     }
 }
 
-/// The mean area of faces that lie in one cell, and of those in several.
+/// The mean area of faces in one cell, and of faces in several.
 fn areas(mesh: &TriMesh, cell_of: impl Fn(glam::DVec3) -> u32) -> [f64; 2] {
     let mut sums = [[0.0; 2]; 2];
     for face in mesh.topology().faces() {
@@ -331,7 +331,7 @@ fn areas(mesh: &TriMesh, cell_of: impl Fn(glam::DVec3) -> u32) -> [f64; 2] {
     sums.map(|[area, count]| area / count)
 }
 
-/// The corners of all faces, bit for bit, each face from its least one.
+/// The corners of all faces, bit for bit, each face starting from its smallest corner.
 fn corners(soup: &mesh_core::PolygonSoup) -> Vec<[[u64; 3]; 3]> {
     let bits = |v: u32| soup.positions()[v as usize].to_array().map(f64::to_bits);
     let face = |face: &[u32]| {

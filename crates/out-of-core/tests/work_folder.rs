@@ -1,4 +1,4 @@
-//! Work folders that were changed, forged, or are in use: a typed error, or the same result.
+//! Work folders that were changed, forged, or are in use: the result is a typed error or unchanged.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -10,7 +10,7 @@ use out_of_core::{Error, Settings, Work, run};
 use sha2::{Digest, Sha256};
 use simplify::Preset;
 
-/// A run that proves distances, in a folder of its own.
+/// A run that proves distances, in its own folder.
 struct Given {
     folder: tempfile::TempDir,
     input: PathBuf,
@@ -45,7 +45,7 @@ impl Given {
         found
     }
 
-    /// Opens the folder and does what is left to do.
+    /// Opens the folder and does the remaining steps.
     fn run(&self) -> Result<Done, Error> {
         let work = Work::open(&self.work())?;
         work.current()?;
@@ -53,7 +53,7 @@ impl Given {
     }
 }
 
-/// The text with a checksum that fits, as somebody who knows the format would write it.
+/// The text with a matching checksum, as written by someone who knows the format.
 fn sealed(text: &str) -> String {
     let body = text.len() - 3 - 64;
     let zeros = format!("{}{}\"\n}}", &text[..body], "0".repeat(64));
@@ -91,10 +91,10 @@ fn a_proof_cannot_be_lowered_by_a_record() {
     let refused = given.run();
     let Err(Error::Damaged { path: named, .. }) = refused else { panic!("{refused:?}") };
     assert_eq!(named, path);
-    // With a checksum that fits, it is not what the next level was made from.
+    // With a matching checksum, it differs from the input of the next level.
     fs::write(&path, sealed(&forged)).unwrap();
     assert!(matches!(given.run(), Err(Error::Damaged { .. })));
-    // The cure is the one that the message names.
+    // The cure is the one named in the message.
     fs::remove_file(&path).unwrap();
     fs::write(&path, &text).unwrap();
     let again = given.run().unwrap();
@@ -122,7 +122,7 @@ fn records_of_another_run_or_another_place_are_refused() {
     given.run().unwrap();
 }
 
-/// Numbers that no run writes, with checksums that fit.
+/// Numbers that no run writes, with matching checksums.
 #[test]
 fn forged_numbers_end_in_an_error() {
     let given = Given::new();
@@ -159,7 +159,7 @@ fn forged_numbers_end_in_an_error() {
     given.run().unwrap();
 }
 
-/// Any change of a record is found, or makes no difference.
+/// Any change of a record is detected, or has no effect.
 #[test]
 fn random_changes_never_change_a_result() {
     let given = Given::new();
@@ -177,7 +177,7 @@ fn random_changes_never_change_a_result() {
             0 => changed.truncate(random.usize(0..bytes.len())),
             1 => changed[random.usize(0..bytes.len())] ^= 1 << random.u8(0..8),
             _ => {
-                // A digit, with a checksum that fits.
+                // A changed digit, with a matching checksum.
                 let digits: Vec<usize> =
                     (0..bytes.len() - 80).filter(|&place| bytes[place].is_ascii_digit()).collect();
                 changed[digits[random.usize(0..digits.len())]] = b'0' + random.u8(0..10);
@@ -198,7 +198,7 @@ fn random_changes_never_change_a_result() {
 fn a_folder_that_is_in_use_is_told_so() {
     let given = Given::new();
     let work = given.split();
-    // Steps side by side are allowed; a whole run needs the folder alone.
+    // Parallel steps are allowed; a whole run needs the folder for itself.
     let beside = Work::open(&given.work()).unwrap();
     beside.plan(0).unwrap();
     beside.reduce(0, 1).unwrap();
@@ -215,7 +215,7 @@ fn a_folder_that_is_in_use_is_told_so() {
     .unwrap();
     assert!(met > 0);
     Work::open(&given.work()).unwrap();
-    // While an input is split, nobody else splits it.
+    // While an input is split, no other process can split it.
     let reading = mesh_io::ReadOptions::default();
     let other = given.folder.path().join("other");
     let mut met = 0;
@@ -263,7 +263,7 @@ fn nothing_is_read_or_written_through_links() {
     assert_eq!(fs::read_dir(&elsewhere).unwrap().count(), 0);
     assert_eq!(fs::read_to_string(&private).unwrap(), "keep");
     fs::remove_file(given.work().join("level-1")).unwrap();
-    // The record of a step that is not done is written anew, in place of the link.
+    // The record of an unfinished step is written again, in place of the link.
     symlink(&private, &record).unwrap();
     Work::open(&given.work()).unwrap().reduce(0, 0).unwrap();
     assert!(fs::symlink_metadata(&record).unwrap().is_file());

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Curvature of a scan
 #
-# A scan has noise and triangles of all shapes. Four estimators of curvature see it differently.
+# A scan has noise and triangles of all shapes. Four estimators of curvature give different results.
 
 # %%
 import os
@@ -27,7 +27,7 @@ mesh
 cm.info(mesh)
 
 # %% [markdown]
-# Discrete curvature lives on vertices and edges: its integrals are exact, and noise is not smoothed away.
+# Discrete curvature is defined at vertices and edges: its integrals are exact, and noise is not smoothed.
 
 # %%
 k = cm.curvature(mesh)
@@ -38,7 +38,7 @@ k
 cm.render(mesh, k.mean, label="H, discrete", size=(640, 560), smooth=True)
 
 # %% [markdown]
-# Averaged over balls, or from normal sections through each face, noise goes and the shape stays.
+# Averages over balls, and normal sections through each face, reduce noise and keep the shape.
 
 # %%
 ball_curvature = cm.curvature(mesh, estimator="ball", radius="1.5%")
@@ -59,7 +59,7 @@ for name, other in (("discrete", k), ("balls", ball_curvature)):
 cm.render(mesh, fit.shape_index, label="shape index", size=(640, 560), smooth=True, range=(-1.0, 1.0))
 
 # %% [markdown]
-# All of it on a page that turns, with the values under the pointer and the directions as lines.
+# All results on an interactive page, with the values under the pointer and the directions as lines.
 
 # %%
 page = cm.view(fit, names=["scan"], title="Curvature of a scan")

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Error against face count
 #
-# The same surface simplified to fewer and fewer faces, here and by whatever other package is installed. All
-# results are measured by the same code: samples both ways, and closest points without approximation.
+# The same surface simplified to decreasing numbers of faces, by curvmesh and all other installed packages. All
+# results are measured by the same code: samples in both directions, and exact closest points.
 
 # %%
 import time
@@ -24,7 +24,7 @@ Simplifier = Callable[[int], Any]
 
 
 def peers() -> dict[str, Simplifier]:
-    """Ways to simplify the mesh, those of other packages where they are installed."""
+    """Functions that simplify the mesh, including installed other packages."""
     v, f = np.array(mesh.vertices), np.array(mesh.faces)
     found: dict[str, Simplifier] = {
         "curvmesh, fast": lambda n: cm.simplify(mesh, faces=n, preset="fast").mesh,
@@ -78,7 +78,7 @@ for name, count, mean, _, _ in rows:
     assert mean >= 0.999 * ours[count], f"{name} is nearer at {count} faces"
 
 # %% [markdown]
-# Where the errors are, at 250 faces.
+# The errors on the surface, at 250 faces.
 
 # %%
 small = cm.simplify(mesh, faces=250)

@@ -1,4 +1,4 @@
-"""Runs the notebooks, and writes them with their results as .ipynb files and as one page."""
+"""Runs the notebooks, and writes them with results as .ipynb files and as one page."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def cells(source: str) -> list[tuple[str, str]]:
 
 
 def run(code: str, names: dict[str, Any]) -> tuple[str, Any]:
-    """Runs a cell: what it prints, and the value of its last line."""
+    """Runs a cell; returns its output, and the value of its last line."""
     tree = ast.parse(code)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     printed = io.StringIO()
@@ -51,7 +51,7 @@ def run(code: str, names: dict[str, Any]) -> tuple[str, Any]:
 
 
 def shown(value: Any) -> dict[str, str]:
-    """How a value shows itself, by media type."""
+    """The representations of a value, by media type."""
     found = {"text/plain": repr(value)}
     if hasattr(value, "_repr_png_"):
         found["image/png"] = base64.b64encode(value._repr_png_()).decode()
@@ -69,7 +69,7 @@ def as_html(data: dict[str, str]) -> str:
 
 
 def prose(text: str) -> str:
-    """The little of Markdown that the notebooks use."""
+    """Renders the subset of Markdown that the notebooks use."""
     parts = []
     for block in text.split("\n\n"):
         block = escape(block.replace("\n", " "))

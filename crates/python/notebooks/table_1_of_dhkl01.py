@@ -3,7 +3,7 @@
 #
 # *Optimizing 3D triangulations using discrete curvature analysis* takes 72 points of a torus with the radii
 # 5 and 2, and flips edges until one of three discrete curvature costs cannot be lowered. The distance to
-# the torus falls, although the points stay where they are.
+# the torus falls, although the points do not move.
 
 # %%
 import numpy as np
@@ -14,8 +14,8 @@ start = cm.shapes.torus(12, 6, major=5.0, minor=2.0)
 start
 
 # %% [markdown]
-# F1 is the integral of H², F2 that of |H|, F3 that of |k1| + |k2|, over barycentric areas. Flips with the same
-# gain come up on this symmetric mesh; the second random order is the one of the paper for F1.
+# F1 is the integral of H², F2 of |H|, F3 of |k1| + |k2|, over barycentric areas. On this symmetric mesh some flips
+# have equal gains; the second random order is the order of the paper for F1.
 
 # %%
 meshes = {
@@ -26,13 +26,13 @@ meshes = {
 }
 
 # %% [markdown]
-# The distance to the torus, over the points of a lattice of 100 steps a side on every triangle, each point
+# The distance to the torus, at the points of a lattice with 100 steps per side on every triangle, each point
 # counted once.
 
 
 # %%
 def lattice(mesh: cm.Mesh, steps: int = 100) -> np.ndarray:
-    """Points of all triangles; those on vertices and edges once."""
+    """Points of all triangles; points on vertices and edges occur once."""
     v, f = mesh.vertices, mesh.faces
     inner = np.array([(i, j, steps - i - j) for i in range(1, steps) for j in range(1, steps - i)])
     faces = np.einsum("pk,fkx->fpx", inner / steps, v[f]).reshape(-1, 3)
@@ -61,7 +61,7 @@ for name, mesh in meshes.items():
     print(f"{name:8}", *(f"{value:.10f}" for value in found[name]))
 
 # %% [markdown]
-# Printed and ours agree to what single precision allows: the paper computed with seven digits.
+# The printed numbers and ours agree within single precision: the paper computed with seven digits.
 
 # %%
 for name, row in printed.items():

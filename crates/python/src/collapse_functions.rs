@@ -1,8 +1,7 @@
 //! Costs, surcharges and constraints of collapses that are Python functions of arrays.
 //!
-//! A function is called with many edges at a time: with all of them before the first collapse, and
-//! after each collapse with those whose neighbourhood has changed. What it says of an edge is kept until
-//! then.
+//! A function is called with many edges per call: with all of them before the first collapse, and after each collapse
+//! with the edges whose neighbourhood has changed. In between, its values are kept.
 
 use std::sync::Arc;
 
@@ -19,16 +18,16 @@ use crate::failure::Failure;
 use crate::host::Watch;
 use crate::views::{frames, matrix};
 
-/// Policies that are chosen at run time.
+/// Policies chosen at run time.
 pub(crate) type ChosenPolicies = Policies<Box<dyn Cost>, Box<dyn Placement>>;
 
 /// The functions of a run.
 pub(crate) struct CollapseFunctions {
-    /// The cost, in place of that of the preset.
+    /// The cost, instead of the cost of the preset.
     pub(crate) cost: Option<Py<PyAny>>,
-    /// What the cost is raised by: `cost * (1 + weight)`.
+    /// A surcharge on the cost: `cost * (1 + weight)`.
     pub(crate) weight: Option<Py<PyAny>>,
-    /// Which edges may collapse.
+    /// Returns which edges may collapse.
     pub(crate) guard: Option<Py<PyAny>>,
 }
 
@@ -37,8 +36,8 @@ impl CollapseFunctions {
         self.cost.is_none() && self.weight.is_none() && self.guard.is_none()
     }
 
-    /// The policies that the options name, with these functions. Nothing is done after the collapses:
-    /// what the functions say is about collapses.
+    /// The policies of the options, with these functions. There are no steps after the collapses, because the functions
+    /// apply to collapses.
     pub(crate) fn policies(
         self,
         options: &Options,
@@ -49,7 +48,7 @@ impl CollapseFunctions {
         let is_own = self.cost.is_some();
         let cost: Box<dyn Cost> = match self.cost {
             Some(function) => Box::new(FunctionCost(told(function))),
-            // Presets and placements of Python have names.
+            // Python refers to presets and placements by name.
             None => named.metric.cost().unwrap_or_else(|| Box::new(Memoryless)),
         };
         let placement = placement.placement().unwrap_or_else(|| Box::new(BestEndpoint));
@@ -71,13 +70,13 @@ impl CollapseFunctions {
     }
 }
 
-/// What a function says of each edge.
+/// The values of a function for each edge.
 #[derive(Clone)]
 struct Told {
     function: Arc<Py<PyAny>>,
     watch: Arc<Watch>,
     values: EdgeMap<f64>,
-    /// The vertices as they were numbered before any collapse.
+    /// The original numbers of the vertices.
     original: VertexMap<u32>,
 }
 
@@ -91,7 +90,7 @@ impl Told {
         }
     }
 
-    /// Asks about all edges.
+    /// Evaluates all edges.
     fn prepare(&mut self, mesh: &TriMesh) {
         let topology = mesh.topology();
         self.original = VertexMap::from_vec((0..topology.vertex_capacity() as u32).collect());
@@ -100,7 +99,7 @@ impl Told {
         self.ask(mesh, &edges);
     }
 
-    /// Asks again about the edges at the vertex that remains and at its neighbours.
+    /// Evaluates the edges at the remaining vertex and at its neighbours again.
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         let topology = mesh.topology();
         let ring = topology.one_ring(collapse.kept);

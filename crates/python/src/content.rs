@@ -1,5 +1,4 @@
-//! A mesh of Python: the content of a file or of arrays, and the half-edge mesh, which is built at its
-//! first use.
+//! The mesh of the Python API: the content of a file or of arrays, and the half-edge mesh, which is built on first use.
 
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
@@ -17,12 +16,12 @@ use crate::repair_warning;
 /// The content of a mesh, shared by its users and never changed.
 pub(crate) struct Content {
     pub(crate) model: Model,
-    /// Whether vertices that a format splits are one vertex of the mesh.
+    /// Whether vertices that the format splits are one vertex of the mesh.
     pub(crate) joins: bool,
     built: Arc<OnceLock<Result<Whole, BuildError>>>,
 }
 
-/// The half-edge mesh and where it comes from.
+/// The half-edge mesh and its origin.
 pub(crate) struct Whole {
     pub(crate) mesh: TriMesh,
     provenance: Provenance,
@@ -39,7 +38,7 @@ impl Content {
         Self { model, joins, built: Arc::default() }
     }
 
-    /// The polygons, with vertices at equal positions merged where they are one vertex of the surface.
+    /// The polygons, with vertices at equal positions merged if they are one vertex of the surface.
     pub(crate) fn joined(&self) -> Cow<'_, PolygonSoup> {
         let soup = &self.model.soup;
         if self.joins {
@@ -60,7 +59,7 @@ impl Content {
         built.as_ref().map_err(|error| error.clone().into())
     }
 
-    /// The content as the functions of `mesh-work` take it.
+    /// The content as an argument of functions of `mesh-work`.
     pub(crate) fn source(&self) -> Result<Source<'_>, Failure> {
         let whole = self.whole()?;
         Ok(Source { model: &self.model, mesh: &whole.mesh, provenance: &whole.provenance })

@@ -28,7 +28,7 @@ struct Columns {
     directions: Option<Vec<[[f64; 3]; 2]>>,
     normals: Option<Vec<DVec3>>,
     integrals: Integrals,
-    /// What else there is to say.
+    /// Further results.
     totals: Vec<(&'static str, f64)>,
     radius: Option<f64>,
 }

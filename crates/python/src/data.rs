@@ -1,4 +1,4 @@
-//! Data of vertices, corners and faces by name: out as arrays, in from arrays.
+//! Named data of vertices, corners and faces, as arrays.
 
 use mesh_io::{Model, ScalarValues, Scalars};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -8,7 +8,7 @@ use crate::failure::{Failure, choose};
 use crate::mesh::MeshData;
 use crate::views::{rows, view};
 
-/// What data belongs to.
+/// The kind of element that data belongs to.
 #[derive(Clone, Copy, PartialEq)]
 enum On {
     Vertices,
@@ -21,7 +21,7 @@ fn on(py: Python<'_>, name: &str) -> PyResult<On> {
     choose("on", name, &choices).map_err(|failure| failure.raise(py))
 }
 
-/// Names that are not those of numbers.
+/// Names reserved for data other than numbers.
 const NORMALS: &str = "normals";
 const COLORS: &str = "colors";
 const UVS: &str = "uvs";
@@ -220,7 +220,7 @@ fn set_numbers(
     Ok(())
 }
 
-/// The numbers of an array, in its own type.
+/// The numbers of an array, in their own type.
 fn numbers_of(name: &str, array: &Bound<'_, PyAny>, count: usize) -> Result<ScalarValues, Refused> {
     macro_rules! try_type {
         ($($number:ty),*) => {

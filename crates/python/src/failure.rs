@@ -1,7 +1,7 @@
-//! Errors as exceptions with element ids and the cure.
+//! Errors as exceptions, with element ids and the remedy.
 //!
-//! Work runs without the interpreter lock: an error is first plain data, and becomes an exception of
-//! `curvmesh._errors` once the lock is held again.
+//! Work runs without the interpreter lock: an error is first plain data, and becomes an exception of `curvmesh._errors`
+//! once the lock is held again.
 
 use std::fmt::Display;
 use std::io::ErrorKind;
@@ -16,13 +16,13 @@ use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// An exception that is not made yet.
+/// An exception that is not created yet.
 #[derive(Debug)]
 pub(crate) struct Failure {
     /// The class.
     kind: &'static str,
     message: String,
-    /// Its attributes, besides.
+    /// Further attributes.
     attributes: Vec<(&'static str, Value)>,
 }
 
@@ -40,12 +40,12 @@ impl Failure {
         Self { kind, message: message.to_string(), attributes: Vec::new() }
     }
 
-    /// An option that makes no sense.
+    /// An invalid option.
     pub(crate) fn option(message: impl Display) -> Self {
         Self::new("OptionError", message)
     }
 
-    /// What cannot be done with this mesh.
+    /// An operation that is not possible with this mesh.
     pub(crate) fn cannot(message: impl Display) -> Self {
         Self::new("CannotBeDoneError", message)
     }
@@ -73,7 +73,7 @@ impl Failure {
         Self::new("ReadError", message).text("path", path.display()).system(error)
     }
 
-    /// The error number of the system, by which Python chooses the class.
+    /// The error number of the system, from which Python chooses the class.
     fn system(self, error: &std::io::Error) -> Self {
         let number = error.raw_os_error().or_else(|| match error.kind() {
             ErrorKind::NotFound => Some(2),
@@ -128,12 +128,12 @@ impl Failure {
     }
 }
 
-/// What a run was ended by.
+/// The reason for the end of a run.
 #[derive(Debug)]
 pub(crate) enum Ended {
-    /// A failure of its own.
+    /// A failure of the work.
     Failure(Failure),
-    /// An exception of a Python function that it called.
+    /// An exception of a Python function called by it.
     Raised(PyErr),
 }
 
@@ -145,7 +145,7 @@ impl Ended {
         }
     }
 
-    /// It was cancelled.
+    /// The run was cancelled.
     pub(crate) fn interrupted() -> Self {
         Self::Raised(PyKeyboardInterrupt::new_err(()))
     }
@@ -195,7 +195,7 @@ impl From<BuildError> for Failure {
     }
 }
 
-/// Repairs stand in backticks in the messages of the library; here they are arguments.
+/// Names of repairs are in backticks in the messages of the library; here they are arguments.
 fn in_python(message: &str) -> String {
     let part = |(i, part): (usize, &str)| match i % 2 {
         1 => format!("`curvmesh.repair(mesh, {part}=True)`"),
@@ -218,7 +218,7 @@ impl From<TopologyError> for Failure {
 
 impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {
-        // Options go by their names in Python.
+        // Options have other names in Python.
         let message = error.to_string().replace("--allow-empty", "allow_empty=True");
         let message = match message.split_once("--max-memory ") {
             Some((before, bytes)) => {
@@ -285,7 +285,7 @@ impl From<RecordError> for Failure {
     }
 }
 
-/// Errors that say all there is to say in their message.
+/// Errors that are fully described by their message.
 macro_rules! plain {
     ($($kind:literal: $($error:ty),+;)+) => {
         $($(impl From<$error> for Failure {
@@ -315,7 +315,7 @@ impl From<mesh_work::LevelError> for Failure {
     }
 }
 
-/// The choice of this name, or a failure that lists all.
+/// The choice with this name, or a failure that lists all.
 pub(crate) fn choose<T: Copy>(
     option: &str,
     name: &str,

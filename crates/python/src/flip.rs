@@ -117,7 +117,7 @@ pub(crate) fn flip<'py>(
     Ok((mesh, told(py, &report)?))
 }
 
-/// What is left to do shrinks; what is done is the rest of the most that there ever was.
+/// The state of a run. The completed share is relative to the largest remaining work so far.
 fn state(now: Progress, most: &mut u64) -> State {
     *most = now.remaining.max(*most);
     let phase = match now.phase {

@@ -1,7 +1,7 @@
 //! Flip costs that are Python functions of arrays.
 //!
-//! A cost is a sum over triangles, or over the edges between two of them, of a function of their
-//! vertices; the function gets all terms of many flips at a time.
+//! A cost is a sum over triangles, or over the edges between two of them, of a function of their vertices. The function
+//! gets all terms of many flips per call.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::failure::{Failure, choose};
 use crate::host::Watch;
 use crate::views::frames;
 
-/// What the terms belong to.
+/// The kind of element of the terms.
 #[derive(Clone, Copy, PartialEq)]
 enum Terms {
     /// Triangles: rows of three points.
@@ -26,7 +26,7 @@ enum Terms {
 
 /// A cost that is a sum of terms.
 pub(crate) struct FunctionCost {
-    /// From rows of points to numbers.
+    /// A function from rows of points to numbers.
     function: Py<PyAny>,
     terms: Terms,
     length_exponent: i32,
@@ -36,7 +36,7 @@ pub(crate) struct FunctionCost {
 type Point = [f64; 3];
 
 impl FunctionCost {
-    /// Of an object with `function`, `terms` and `length_exponent`.
+    /// Reads an object with `function`, `terms` and `length_exponent`.
     pub(crate) fn of(functions: &Bound<'_, PyAny>) -> PyResult<Self> {
         let py = functions.py();
         let terms: String = functions.getattr("terms")?.extract()?;
@@ -49,12 +49,12 @@ impl FunctionCost {
         })
     }
 
-    /// Ends with this run, and tells it of exceptions.
+    /// Sets the run to which exceptions are reported, and with which the evaluation ends.
     pub(crate) fn watched(&mut self, watch: &Arc<Watch>) {
         self.watch = Arc::clone(watch);
     }
 
-    /// The terms of some triangles or edges; NaN once the run is to end.
+    /// The terms of some triangles or edges; NaN once the run is cancelled.
     fn evaluate(&self, rows: Vec<[Point; 4]>) -> Vec<f64> {
         let count = rows.len();
         if count == 0 || self.watch.is_cancelled() {
@@ -94,7 +94,7 @@ impl FunctionCost {
             ];
         }
         let mut rows = [vec![row([a, b, c, d])], vec![row([c, d, b, a])]];
-        // For each side: where from, where to, the apex inside before and after.
+        // For each side: its ends, and the apex inside before and after.
         let sides = [[b, c, a, d], [c, a, b, d], [a, d, b, c], [d, b, a, c]];
         for (side, [from, to, before, after]) in quad.sides.into_iter().zip(sides) {
             if let Some(outer) = outer(mesh, side) {
@@ -105,7 +105,7 @@ impl FunctionCost {
         rows
     }
 
-    /// What several flips change.
+    /// The changes by several flips.
     fn changes<'a>(&self, mesh: &TriMesh, quads: impl Iterator<Item = &'a Quad>) -> Vec<Change> {
         let (mut all, mut ends) = (Vec::new(), Vec::new());
         for quad in quads {
@@ -129,7 +129,7 @@ impl FunctionCost {
     }
 }
 
-/// The point beyond a side, unless that is the boundary.
+/// The apex beyond a side; `None` at the boundary.
 fn outer(mesh: &TriMesh, side: HalfEdgeId) -> Option<DVec3> {
     mesh.topology().apex(side.twin()).map(|apex| mesh.position(apex))
 }

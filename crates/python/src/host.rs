@@ -1,9 +1,8 @@
-//! Work without the interpreter lock that Ctrl-C, a progress bar or a callback can end.
+//! Work without the interpreter lock that can be interrupted by Ctrl-C, a progress bar or a callback.
 //!
-//! The work is done by a thread of its own; the calling thread sleeps without the lock and looks every
-//! few milliseconds whether a signal came or there is progress to tell. So a call ends within a tenth
-//! of a second after Ctrl-C whatever it is doing: work that does not notice in time is left to end by
-//! itself, and its result is dropped.
+//! The work is done by a separate thread. The calling thread sleeps without the lock, and checks every few milliseconds
+//! for signals and progress. So a call ends within a tenth of a second after Ctrl-C in any case: work that does not
+//! stop in time continues in the background, and its result is dropped.
 
 use std::any::Any;
 use std::collections::HashMap;
@@ -21,10 +20,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::failure::{Ended, Failure};
 use crate::repair_warning;
 
-/// How often the calling thread looks up.
+/// The interval at which the calling thread wakes up.
 const TICK: Duration = Duration::from_millis(20);
 
-/// How long work that was told to end is waited for.
+/// The time to wait for cancelled work.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// How a call is made: what it tells, and by how many threads it is done.
@@ -54,21 +53,21 @@ impl Call {
     }
 }
 
-/// How far a run has come.
+/// The progress of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct State {
     pub(crate) phase: &'static str,
-    /// The part that is done, from 0 to 1.
+    /// The completed share, from 0 to 1.
     pub(crate) fraction: f64,
-    /// Faces left, where that changes.
+    /// Remaining faces, if they change.
     pub(crate) faces: Option<usize>,
-    /// Collapses, flips, patches or the like so far.
+    /// The number of collapses, flips, patches etc. so far.
     pub(crate) steps: u64,
-    /// The cost so far, where there is one.
+    /// The cost so far, if there is one.
     pub(crate) cost: Option<f64>,
 }
 
-/// What the work and the caller share.
+/// State shared by the work and the caller.
 #[derive(Default)]
 pub(crate) struct Watch {
     is_cancelled: AtomicBool,
@@ -77,13 +76,13 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// Tells how far the work is, and whether it goes on.
+    /// Reports progress, and returns whether to continue.
     pub(crate) fn tell(&self, state: State) -> ControlFlow<()> {
         *lock(&self.state) = state;
         self.flow()
     }
 
-    /// Whether the work goes on.
+    /// Whether to continue.
     pub(crate) fn flow(&self) -> ControlFlow<()> {
         if self.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -92,12 +91,12 @@ impl Watch {
         self.is_cancelled.load(Ordering::Relaxed)
     }
 
-    /// An error where the work must not go on: between steps that cannot be asked.
+    /// An error if the work is cancelled: for use between steps that cannot be interrupted.
     pub(crate) fn check(&self) -> Result<(), Ended> {
         if self.is_cancelled() { Err(Ended::interrupted()) } else { Ok(()) }
     }
 
-    /// Ends the work with the exception of a Python function.
+    /// Cancels the work because of an exception of a Python function.
     pub(crate) fn raise(&self, error: PyErr) {
         lock(&self.raised).get_or_insert(error);
         self.cancel();
@@ -114,7 +113,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 type Outcome<T> = Result<Result<T, Ended>, Box<dyn Any + Send>>;
 
-/// Does the work, and gives back what it gives.
+/// Does the work, and returns its result.
 pub(crate) fn run<T: Send + 'static>(
     py: Python<'_>,
     call: &Call,
@@ -127,7 +126,7 @@ pub(crate) fn run<T: Send + 'static>(
     let threads = Arc::clone(&pool);
     let job = move || {
         let outcome = catch_unwind(AssertUnwindSafe(|| threads.install(|| work(&worker))));
-        // Nobody waits for it any more if this fails.
+        // If this fails, nobody waits for the result any more.
         let _ = send.send(outcome);
     };
     std::thread::Builder::new()
@@ -153,7 +152,7 @@ pub(crate) fn run<T: Send + 'static>(
     }
 }
 
-/// Sleeps until the work is done, telling how far it is.
+/// Sleeps until the work is done, and reports its progress.
 fn wait<T: Send>(
     py: Python<'_>,
     call: &Call,
@@ -188,7 +187,7 @@ fn wait<T: Send>(
             if keeps {
                 continue;
             }
-            // What does not end now is left alone.
+            // Work that does not stop now is abandoned.
             py.detach(move || drop(receive.recv_timeout(PATIENCE)));
             return Err(error);
         }
@@ -196,7 +195,7 @@ fn wait<T: Send>(
 }
 
 impl Call {
-    /// Tells the state, and asks whether to go on.
+    /// Reports the state; the run is cancelled if the callback returns `False`.
     fn tell(&self, py: Python<'_>, state: &State) -> PyResult<bool> {
         if let Some(progress) = &self.progress {
             progress.call1(py, (state.fraction.clamp(0.0, 1.0),))?;
@@ -207,7 +206,7 @@ impl Call {
         Ok(!answer.bind(py).is(PyBool::new(py, false)))
     }
 
-    /// Everything is done.
+    /// Reports the completion of the work.
     fn finish(&self, py: Python<'_>) -> PyResult<()> {
         if let Some(progress) = &self.progress {
             progress.call1(py, (1.0,))?;
@@ -216,13 +215,12 @@ impl Call {
     }
 }
 
-/// Pools by process and number of threads; a process that was forked has none of the threads of its
-/// parent.
+/// Pools by process and number of threads; a forked process has no threads of its parent.
 type Pools = HashMap<(u32, Option<usize>), Arc<ThreadPool>>;
 
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
-/// No other call waits for threads that are busy with what nobody waits for.
+/// Removes the pool, so that no other call waits for threads that are busy with abandoned work.
 fn abandon(pool: &Arc<ThreadPool>) {
     if let Some(pools) = lock(&POOLS).as_mut() {
         pools.retain(|_, other| !Arc::ptr_eq(other, pool));

@@ -1,4 +1,4 @@
-//! `numpy` arrays of any strides as the arrays of a mesh.
+//! Conversion of `numpy` arrays with any strides to the arrays of a mesh.
 
 use glam::DVec3;
 use mesh_core::PolygonSoup;
@@ -74,8 +74,8 @@ fn points<T: Copy + Into<f64>>(array: &ArrayView2<'_, T>) -> Result<Vec<DVec3>, 
 }
 
 impl IndexRows<'_> {
-    /// The corners of the triangles. Values that no index can have, such as -1, are refused; indices
-    /// that are only too large for the mesh are not.
+    /// The corners of the triangles. Values that are never indices, such as -1, are refused; indices that are too large
+    /// for the mesh are not.
     pub(crate) fn corners(&self) -> Result<Vec<u32>, Failure> {
         match self {
             Self::I32(array) => corners(array, |i| u32::try_from(i).ok()),
@@ -122,7 +122,7 @@ pub(crate) fn triangles(points: Vec<DVec3>, corners: Vec<u32>) -> Result<Polygon
         .map_err(|error| Failure::new("TooLargeError", error))
 }
 
-/// A soup of polygons: corners face by face, and where each face ends.
+/// A soup of polygons: corners face by face, and the end of each face.
 pub(crate) fn polygons(
     points: Vec<DVec3>,
     corners: &ArrayView1<'_, i64>,

@@ -14,7 +14,7 @@ pub(crate) enum Given {
 }
 
 impl Given {
-    /// The length that is meant.
+    /// The parsed length.
     pub(crate) fn length(&self, option: &str) -> Result<Length, Failure> {
         let length = match self {
             Self::Number(number) if *number > 0.0 && number.is_finite() => {
@@ -27,12 +27,12 @@ impl Given {
     }
 }
 
-/// A length of an option, if it is given.
+/// The length of an option, if given.
 pub(crate) fn length(option: &str, given: Option<Given>) -> Result<Option<Length>, Failure> {
     given.map(|given| given.length(option)).transpose()
 }
 
-/// The same in model units.
+/// The length in model units.
 pub(crate) fn units(
     length: Option<Length>,
     mesh: &TriMesh,

@@ -1,9 +1,9 @@
-//! The compiled part of the Python package `curvmesh`: thin functions from arrays to the libraries
-//! and back. What users see, with its documentation, is in `python/curvmesh`.
+//! The compiled part of the Python package `curvmesh`: thin functions between arrays and the libraries. The public API
+//! and its documentation are in `python/curvmesh`.
 //!
-//! Every function gives the interpreter lock back while it works ([`host`]), fails with an exception of
-//! `curvmesh._errors` ([`failure`]) and has the results of the program to the last bit, since both call the
-//! same functions of `mesh-work` and the libraries below it.
+//! Every function releases the interpreter lock while it works ([`host`]), and raises exceptions of `curvmesh._errors`
+//! ([`failure`]). Results equal the results of the program to the last bit, since both call the same functions of
+//! `mesh-work` and the libraries below it.
 
 mod collapse_functions;
 mod content;

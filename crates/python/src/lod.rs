@@ -65,7 +65,7 @@ pub(crate) fn lod<'py>(
                 attributes.constrain(source.mesh, &mut options);
                 if let Some(error) = steps.max_error() {
                     options = options.within(error, choices.check());
-                    // What is squeezed is no stage of the run any more.
+                    // With decimation to the tolerance, the result would not be a stage of the run.
                     options.tolerance.decimate = false;
                 }
                 let observe = &mut |now: &Progress| -> ControlFlow<()> { watch.tell(state(now)) };

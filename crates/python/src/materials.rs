@@ -1,4 +1,4 @@
-//! Groups, materials and images of a mesh: out as plain Python data, in from plain data.
+//! Groups, materials and images of a mesh, as plain Python data.
 
 use mesh_io::{Alpha, Group, Image, ImageData, Material, Model};
 use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! The class that holds a mesh.
+//! The mesh class.
 
 use std::path::PathBuf;
 use std::sync::Arc;

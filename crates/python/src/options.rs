@@ -1,4 +1,4 @@
-//! Options that several functions have in common.
+//! Options shared by several functions.
 
 use std::time::Duration;
 
@@ -41,7 +41,7 @@ pub(crate) fn area(name: &str) -> Result<VertexArea, Failure> {
     choose("area", name, &choices)
 }
 
-/// How curvature is read off normal sections.
+/// How curvature is computed from normal sections.
 pub(crate) fn sections(preset: &str) -> Result<Params, Failure> {
     choose("preset", preset, &[("robust", Params::robust()), ("paper", Params::paper())])
 }

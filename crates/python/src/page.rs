@@ -1,4 +1,4 @@
-//! `curvmesh.view`: the page on which meshes turn.
+//! `curvmesh.view`: a page with interactive 3D views of meshes.
 
 use mesh_core::glam::DVec3;
 use mesh_io::{PictureOptions, Pictures};
@@ -124,7 +124,7 @@ fn exhibit(told: Told) -> Result<Exhibit, Ended> {
     let numbers = exhibit.face_numbers.clone();
     for (name, on_vertices, values) in values {
         exhibit.fields.retain(|field| field.name != name);
-        // Values of polygons are those of their triangles.
+        // Values of polygons are copied to their triangles.
         let (on, values) = match (&numbers, on_vertices) {
             (_, true) => (On::Vertices, values),
             (None, false) => (On::Faces, values),
@@ -147,7 +147,7 @@ fn exhibit(told: Told) -> Result<Exhibit, Ended> {
     Ok(exhibit)
 }
 
-/// What the page calls a field of this name.
+/// The key of the field with this name on the page.
 fn key(page: &Page, color: String) -> Result<String, Failure> {
     let fields = || page.exhibits.iter().flat_map(|exhibit| &exhibit.fields);
     if let Some(field) = fields().find(|field| field.name == color) {

@@ -1,4 +1,4 @@
-//! `curvmesh.repair` and `curvmesh.subdivide`: meshes of other vertices and faces.
+//! `curvmesh.repair` and `curvmesh.subdivide`: functions that change vertices and faces.
 
 use mesh_core::build::{Repair, Weld};
 use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
@@ -150,7 +150,7 @@ pub(crate) fn subdivide(
         let corners = &source.provenance.corner_source;
         let model = source.to_model(source.mesh, corners).map_err(Failure::from)?;
         let (mut mesh, mut model) = (source.mesh.clone(), model);
-        // Normals of the input are not those of the subdivided surface.
+        // The subdivided surface has different normals.
         (model.vertex_normals, model.corner_normals) = (None, None);
         for step in 0..steps {
             (mesh, model) = subdivide_step(&mesh, &model, &rules).map_err(Failure::from)?;

@@ -1,4 +1,4 @@
-//! Shapes whose curvature is known, for trials and examples.
+//! Shapes with known curvature, for tests and examples.
 
 use mesh_core::PolygonSoup;
 use mesh_shapes::{Sphere, Torus, polyhedra};

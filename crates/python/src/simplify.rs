@@ -156,12 +156,12 @@ impl LogData {
     }
 }
 
-/// Where a run of collapses is.
+/// The state of a run.
 pub(crate) fn state(now: &Progress) -> State {
     let Progress { phase, faces_before, faces, face_target, collapses } = *now;
     let whole = faces_before.saturating_sub(face_target).max(1) as f64;
     let collapsed = faces_before.saturating_sub(faces) as f64 / whole;
-    // What comes after the collapses has no end that is known before.
+    // The end of the steps after the collapses is not known in advance.
     let fraction = match phase {
         Phase::Collapse => 0.5 * collapsed,
         Phase::Search | Phase::Fit => 0.6,

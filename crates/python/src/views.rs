@@ -1,4 +1,4 @@
-//! The memory of a mesh as `numpy` arrays, without a copy; and vectors that become arrays.
+//! The memory of a mesh as `numpy` arrays, without a copy; and conversion of vectors to arrays.
 
 use bytemuck::Pod;
 use glam::DVec3;
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 /// A read-only array of the memory of `owner`, which keeps it alive.
 ///
 /// # Safety
-/// `values` must be memory of `owner` that is neither moved nor changed for as long as `owner` lives.
+/// `values` must be memory of `owner` that is neither moved nor changed during the lifetime of `owner`.
 #[allow(unsafe_code, reason = "the only way for an array to share the memory of a Rust object")]
 pub(crate) unsafe fn view<'py, T: Element>(
     values: &[T],
@@ -59,7 +59,7 @@ pub(crate) fn frames<const N: usize>(
     rows.into_flattened().into_flattened().into_pyarray(py).reshape([count, N, 3])
 }
 
-/// Indices as `numpy` has them mostly: signed.
+/// Indices in the usual type of `numpy`: signed.
 pub(crate) fn signed(indices: Vec<u32>) -> Vec<i32> {
     bytemuck::allocation::cast_vec(indices)
 }

@@ -1,4 +1,4 @@
-"""What the tests share."""
+"""Fixtures shared by the tests."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def bumpy() -> cm.Mesh:
 
 @pytest.fixture(scope="session")
 def large() -> cm.Mesh:
-    """A surface that takes seconds to work on."""
+    """A surface that takes seconds to process."""
     sphere = cm.shapes.sphere(7)
     p = sphere.vertices
     r = 1 + 0.15 * np.sin(5 * p[:, 0] + 1) * np.cos(4 * p[:, 1]) + 0.01 * np.sin(97 * p[:, 2])

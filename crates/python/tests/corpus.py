@@ -16,10 +16,10 @@ import numpy as np
 
 import curvmesh as cm
 
-#: How a generated mesh is spoiled.
+#: The defects of generated meshes.
 DEFECTS = ("none", "none", "none", "open", "reversed", "doubled", "fin", "pinch", "loose", "flat", "far", "nan")
 
-#: What some of the names have in them.
+#: Parts of some of the names.
 ODD = ("", "", "", " with spaces", " <b>&amp;", " 'quoted\"", " Ünï", " 100%", " #1?")
 
 
@@ -77,7 +77,7 @@ def generate(folder: Path, count: int, seed: int) -> None:
         vertices, faces = spoiled(vertices, faces, defect, rng)
         name = f"made {number:05}{rng.choice(ODD)} {defect}"
         if defect == "nan":
-            # No writer writes that; so by hand.
+            # Our writers cannot write this, so it is written by hand.
             lines = ["OFF", f"{len(vertices)} {len(faces)} 0"]
             lines += [" ".join(map(repr, map(float, vertex))) for vertex in vertices]
             lines += [f"3 {a} {b} {c}" for a, b, c in faces]
@@ -88,7 +88,7 @@ def generate(folder: Path, count: int, seed: int) -> None:
 
 
 def corrupted(data: bytes, rng: np.random.Generator) -> bytes:
-    """The content of a file with something wrong in it."""
+    """The content of a file with an error in it."""
     content = bytearray(data)
     place = int(rng.integers(len(content)))
     kind = rng.integers(6)

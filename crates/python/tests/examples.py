@@ -1,4 +1,4 @@
-"""Runs every example in the docstrings, in the README and on the page about many meshes."""
+"""Runs every example in the docstrings, in the README and on the page about batch processing."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def run(page: Path) -> tuple[int, int]:
-    """Runs the blocks of a page, which follow each other; how many fail, of how many."""
+    """Runs the consecutive blocks of a page; returns the numbers of failures and of examples."""
     failed = attempted = 0
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

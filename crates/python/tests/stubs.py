@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 '''
 
-#: Types that mean the same whatever they stand in.
+#: Types with a fixed translation.
 PLAIN = {
     **dict.fromkeys(("String", "str", "PathBuf", "OsString", "Path"), "str"),
     **dict.fromkeys(("usize", "u8", "u16", "u32", "u64", "i32", "i64"), "int"),
@@ -37,7 +37,7 @@ ELEMENTS = {"f64": "float64", "f32": "float32", "i32": "int32", "i64": "int64", 
 
 
 def matching(text: str, start: int) -> int:
-    """The place after the bracket that closes the one at `start`."""
+    """The position after the bracket that closes the one at `start`."""
     depth = 0
     for place in range(start, len(text)):
         if text[place] in "([{" or (text[place] == "<" and text[place - 1] != "-"):
@@ -50,7 +50,7 @@ def matching(text: str, start: int) -> int:
 
 
 def split(text: str) -> list[str]:
-    """The parts of a list, apart at the commas that are in no brackets."""
+    """The parts of a list, split at the commas outside of brackets."""
     parts, depth, last = [], 0, 0
     for place, letter in enumerate(text):
         depth += letter in "([{<"
@@ -75,7 +75,7 @@ class Source:
         self.classes = set(classes)
 
     def python(self, rust: str, result: bool = False) -> str:
-        """The type of Python that a type of Rust is."""
+        """The Python type of a Rust type."""
         rust = re.sub(r"'\w+,?\s*", "", rust.strip().lstrip("&")).replace("<>", "").strip()
         if rust in self.types:
             return str(self.types[rust])
@@ -97,7 +97,7 @@ class Source:
         return self.declared(outer, result)
 
     def declared(self, name: str, result: bool) -> str:
-        """The type of Python that a type of the sources is."""
+        """The Python type of a type in the sources."""
         alias = re.search(rf"type {name}(?:<[^>]*>)? = ([^\n]*);\n", self.text)
         if alias:
             return self.python(alias[1], result)
@@ -115,7 +115,7 @@ class Source:
         return " | ".join(dict.fromkeys(self.python(part) for variant in variants for part in split(variant)))
 
     def parameters(self, given: str, attributes: str) -> list[str]:
-        """The parameters of a function as Python has them."""
+        """The parameters of a function in Python notation."""
         kinds: dict[str, str] = {}
         for part in split(given):
             name, _, kind = part.removeprefix("mut ").partition(":")

@@ -1,4 +1,4 @@
-"""Many meshes: recipes, records, and the engines themselves with workers that die."""
+"""Batch processing: recipes, records, and the engines themselves with workers that die."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from curvmesh.batch._steps import STEPS
 
 from corpus import make
 
-#: All steps there are.
+#: All steps.
 ALL = [
     {"do": "read", "external": "folder"},
     "repair",
@@ -38,7 +38,7 @@ ALL = [
     {"do": "write", "extension": "ply", "precision": "double"},
 ]
 
-#: Some tenths of a second for each of the scans.
+#: A few tenths of a second for each of the scans.
 WORK = [
     "repair",
     {"do": "simplify", "ratio": 0.2, "preset": "fast"},
@@ -65,7 +65,7 @@ def scans(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def reference(scans: Path, tmp_path_factory: pytest.TempPathFactory) -> Report:
-    """What comes of them when nothing goes wrong, one after the other."""
+    """The results of an undisturbed sequential run."""
     return run(scans, WORK, tmp_path_factory.mktemp("reference") / "out", workers=1)
 
 
@@ -74,7 +74,7 @@ def records(output: Path) -> dict[str, bytes]:
 
 
 def all_is_there(report: Report, output: Path, reference: Report) -> None:
-    """Nothing is lost, nothing is there twice, and all of it is what it was."""
+    """Nothing is lost, nothing is duplicated, and all results equal the reference."""
     names = [row["name"] for row in report.rows]
     assert names == [row["name"] for row in reference.rows] and len(set(names)) == SCANS + 2
     assert report.hash == reference.hash
@@ -109,13 +109,13 @@ def test_finished_work_is_not_done_again(scans: Path, tmp_path: Path, reference:
     second = run(some, WORK, output, callback=told.append)
     assert (second.skipped, second.hash, told) == (3, first.hash, [])
     assert records(output) == before
-    # What was touched is read, once, and found to be the same.
+    # A touched file is read once, and found to be unchanged.
     os.utime(some[0])
     third = run(some, WORK, output, workers=1, callback=told.append)
     assert (third.skipped, len(told), third.hash) == (2, 1, first.hash)
     assert told[0]["started"] == first.rows[1]["started"]
     assert run(some, WORK, output).skipped == 3
-    # A lost result, another recipe, a wish: these are work.
+    # A lost result, another recipe and an explicit request cause work.
     (output / "scan0.ply" / "mesh.ply").unlink()
     assert run(some, WORK, output, workers=1).skipped == 2
     assert run(some, WORK, output, workers=1, retry_failed=True).skipped == 2
@@ -194,7 +194,7 @@ def test_a_recipe_is_the_same_as_data_and_as_file(tmp_path: Path) -> None:
 
 
 def test_options_are_those_of_the_functions() -> None:
-    """Whatever a function takes that is data, its step takes."""
+    """A step takes all data options of its function."""
     no_data = {
         *("mesh", "first", "second", "source", "path", "progress", "callback", "keep_partial", "threads"),
         *("guard", "surcharge", "record", "overwrite_companions", "format"),
@@ -247,7 +247,7 @@ def test_results_go_where_fsspec_can_write(scans: Path) -> None:
     assert json.loads(fs.cat_file("/out/scan1.ply/record.json"))["outputs"] == row["outputs"]
     assert [file["file"] for file in row["outputs"]] == ["picture.png", "mesh.ply"]
     assert cm.read(fs.cat_file("/out/scan1.ply/mesh.ply")).face_count == row["steps"][0]["faces"]
-    # The same once more is no work; neither is what another worker has done.
+    # A repeated call does no work; nor does a call after another worker has finished.
     assert task() == row
     bad = Task(Source("broken.ply", "memory://in/broken.ply"), recipe, "memory://out")()
     assert bad["failure"]["kind"] == "ReadError" and bad["failure"]["lasting"]
@@ -277,7 +277,7 @@ def test_what_is_asked_of_run_is_checked(scans: Path, tmp_path: Path) -> None:
 
 
 class Deadly(Task):
-    """A task of which its worker dies for some inputs."""
+    """A task that kills its worker for some inputs."""
 
     def __call__(self) -> Any:
         if self.source.name == "scan5.ply":
@@ -286,7 +286,7 @@ class Deadly(Task):
 
 
 class Killer:
-    """Kills a worker that has started on its next task, and knows what was finished by then."""
+    """Kills a worker during its next task, and records which results were complete at that time."""
 
     def __init__(self, output: Path) -> None:
         self.output = output
@@ -297,7 +297,7 @@ class Killer:
 
     def __call__(self, row: dict[str, Any]) -> None:
         self.told.append(row["name"])
-        # The two that fail at once start no work.
+        # The two that fail at once start no task.
         if self.timer is None and row["failure"] is None:
             self.timer = threading.Timer(0.05, self.kill, [int(row["worker"].rpartition(":")[2])])
             self.timer.start()
@@ -310,7 +310,7 @@ class Killer:
     def check(self, report: Report, reference: Report) -> None:
         all_is_there(report, self.output, reference)
         assert self.killed and self.before
-        # Each is told once, and what was finished before was not done again.
+        # Each is reported once, and results that were complete before are not computed again.
         assert sorted(self.told) == [row["name"] for row in report.rows]
         after = records(self.output)
         assert {name: after[name] for name in self.before} == self.before
@@ -370,7 +370,7 @@ def one_is_lost(run_it: Callable[[], Report], monkeypatch: pytest.MonkeyPatch) -
     assert (failed["name"], failed["failure"]["kind"]) == ("scan5.ply", "WorkerLost")
     assert not failed["failure"]["lasting"] and len(report.done) == 3
     monkeypatch.undo()
-    # Nobody says that it would kill a worker again.
+    # The record does not say that the input would kill a worker again.
     again = run_it()
     assert (again.skipped, again.failed) == (3, [])
 
@@ -414,7 +414,7 @@ def test_a_run_that_was_killed_goes_on(
     until = time.monotonic() + 60
     while len(records(output)) < finished and process.poll() is None and time.monotonic() < until:
         time.sleep(0.005)
-    # Somewhere in the middle of the next ones.
+    # In the middle of the next tasks.
     time.sleep(0.01 * finished)
     process.kill()
     process.wait()
@@ -440,7 +440,7 @@ def test_whatever_ends_a_run_ends_its_workers(scans: Path, tmp_path: Path) -> No
 
     with pytest.raises(KeyboardInterrupt) as caught:
         run(scans, WORK, tmp_path / "out", workers=2, callback=stop)
-    # Although somebody keeps the exception, and with it all that was going on.
+    # Although the exception is kept, and with it the state of the run.
     assert caught.value is not None
     for process in set(seen):
         with pytest.raises(ProcessLookupError):
@@ -489,7 +489,7 @@ def test_scripts_without_a_guard_are_told(tmp_path: Path) -> None:
 
 
 class Page(html.parser.HTMLParser):
-    """What is on a page."""
+    """The content of a page."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Arrays at the border: converted exactly, or refused with the cure; nothing is lost in copies and pickles."""
+"""Arrays at the interface: converted exactly, or refused with a remedy; nothing is lost in copies and pickles."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def test_masked_arrays() -> None:
     with pytest.raises(cm.ArrayError, match="masked") as caught:
         mesh.vertex_data["x"] = np.ma.masked_array([1, 2, 3, 4.0], mask=[False, False, True, False])
     assert caught.value.cure
-    # The unused corners of shorter polygons.
+    # The unused corners of smaller polygons.
     faces = np.ma.masked_array([[0, 1, 2, 3], [0, 2, 3, 99]], mask=[[False] * 4, [False, False, False, True]])
     assert cm.Mesh(SQUARE, faces).face_ends.tolist() == [4, 7]
 
@@ -389,7 +389,7 @@ def test_what_stands_beside_an_open_file_is_told() -> None:
 
 
 def test_a_mesh_is_made_without_the_interpreter_lock() -> None:
-    """The lock is never taken away here, so that another thread runs only where it is given back."""
+    """The interpreter lock is never taken away here, so other threads run only when it is released."""
     ball = cm.shapes.sphere(5)
     vertices, faces = np.array(ball.vertices), np.array(ball.faces)
     interval = sys.getswitchinterval()

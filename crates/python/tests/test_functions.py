@@ -75,7 +75,7 @@ def test_a_collapse_cost_of_ones_own(bumpy: cm.Mesh) -> None:
     assert small.mesh.face_count == 1000
     assert asked[0] == 3 * bumpy.face_count // 2
     assert len(asked) == 1 + len(small.log)
-    # Short edges go first, so those that are left are alike.
+    # Short edges are collapsed first, so the remaining ones have similar lengths.
     edges = small.mesh.vertices[small.mesh.faces]
     lengths = np.linalg.norm(edges - np.roll(edges, 1, axis=1), axis=2)
     assert lengths.max() / lengths.min() < 8
@@ -89,7 +89,7 @@ def test_a_surcharge_of_nothing_changes_nothing(bumpy: cm.Mesh) -> None:
     def everything(edges: cm.Edges) -> Any:
         return np.ones(len(edges.lengths), bool)
 
-    # So many that the metric is asked from the first collapse on without functions, too.
+    # With this many faces, the metric is used from the first collapse without functions, too.
     plain = cm.simplify(bumpy, faces=2000, fit_rounds=0)
     for options in ({"surcharge": nothing}, {"guard": everything}):
         found = cm.simplify(bumpy, faces=2000, **options)  # type: ignore[arg-type]

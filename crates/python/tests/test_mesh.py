@@ -24,7 +24,7 @@ INTEGERS = ["i4", "i8", "u4", "u8", "i2", "u2", "i1", ">i4", ">i8", ">u4"]
 
 
 def laid_out(array: np.ndarray[Any, Any], layout: str) -> np.ndarray[Any, Any]:
-    """The same numbers in another layout."""
+    """The same numbers in another memory layout."""
     rows, columns = array.shape
     if layout == "fortran":
         return np.asfortranarray(array)
@@ -250,7 +250,7 @@ def test_split_vertices_are_joined(tmp_path: Path) -> None:
     small = cm.simplify(whole, faces=300)
     assert small.mesh.face_count == 300 and small.vertex_map.shape == (torn.vertex_count,)
     k, split = cm.curvature(ball), cm.curvature(whole)
-    # Sums round a vertex begin elsewhere.
+    # Sums around a vertex start elsewhere.
     np.testing.assert_allclose(split.mean, k.mean[ball.faces.ravel()], rtol=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""The package itself: modules form an acyclic graph, names are documented, types are those of the compiled part."""
+"""The package itself: modules form an acyclic graph, names are documented, types agree with the compiled part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Against other people's code, where it is installed, and round trips through its meshes."""
+"""Comparison with other packages, if they are installed, and round trips through their meshes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def rich(mesh: cm.Mesh) -> cm.Mesh:
 
 
 def interior(values: Any, share: float) -> Any:
-    """The largest value but for so many percent of outliers."""
+    """The largest value except for a share of outliers."""
     return np.quantile(values, share)
 
 
@@ -33,7 +33,7 @@ def test_gaussian_and_principal_curvature_of_libigl(bumpy: cm.Mesh) -> None:
     defects = np.asarray(igl.gaussian_curvature(v, f)).ravel()
     np.testing.assert_allclose(k.integral_gaussian, defects, atol=1e-12)
     np.testing.assert_allclose(k.area.sum(), 0.5 * np.asarray(igl.doublearea(v, f)).sum(), rtol=1e-12)
-    # Quadrics fitted to five rings there, to two here: smooth, so much the same.
+    # igl fits quadrics to five rings: the surface is smooth, so the curvatures are similar.
     found = igl.principal_curvature(v, f)
     k1, k2 = (np.asarray(found[i]).ravel() for i in (2, 3))
     fit = cm.curvature(bumpy, estimator="fit", rings=5)
@@ -137,7 +137,7 @@ def to_open3d_tensors(mesh: cm.Mesh) -> Any:
     return mesh.to_open3d(tensor=True)
 
 
-#: Each package: how a mesh gets there, and what it has no place for.
+#: Each package: the conversion to it, and the data that it cannot store.
 PACKAGES: dict[str, tuple[Any, set[str]]] = {
     "trimesh": (cm.Mesh.to_trimesh, {"colors"}),
     "pyvista": (cm.Mesh.to_pyvista, set()),
@@ -148,7 +148,7 @@ PACKAGES: dict[str, tuple[Any, set[str]]] = {
 
 
 def by_face(mesh: cm.Mesh) -> dict[str, Any]:
-    """All data by face or corner, which splits of vertices do not change; small faces first, as in meshio."""
+    """All data by face or corner, which is independent of splits of vertices; small faces first, as in meshio."""
     sizes = np.diff(mesh.face_ends, prepend=0)
     faces = np.argsort(sizes, kind="stable")
     place = np.empty_like(faces)
@@ -354,7 +354,7 @@ def test_cells_of_meshio() -> None:
 
 
 def test_what_only_looks_like_a_mesh() -> None:
-    """Nothing is imported to tell a mesh by what it has."""
+    """Nothing is imported to recognise a mesh by its attributes."""
 
     class Theirs:
         def __init__(self, **parts: Any) -> None:

@@ -1,4 +1,4 @@
-"""The results are those of the program, to the last bit."""
+"""The results equal the results of the program, to the last bit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from conftest import Run
 
 
 def same(mesh: cm.Mesh, path: Path) -> None:
-    """The mesh is what the file has."""
+    """Compares a mesh with a file."""
     other = cm.read(path)
     np.testing.assert_array_equal(mesh.vertices, other.vertices)
     np.testing.assert_array_equal(mesh.faces, other.faces)

@@ -1,4 +1,4 @@
-"""Meshes region by region: the same file from every engine, whoever dies."""
+"""Meshes region by region: the same file from every engine, even if processes die."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from curvmesh.regions import RegionError
 
 from conftest import Run
 
-#: So little memory that there are several regions and levels.
+#: So little memory that several regions and levels are needed.
 SETTINGS: dict[str, Any] = {"memory": "30MiB", "ratio": 0.05, "preset": "fast"}
 
 
@@ -43,13 +43,13 @@ def engine(request: pytest.FixtureRequest) -> Any:
 
 @pytest.fixture
 def binary(program: Run) -> str:
-    # Which skips where there is none.
+    # The fixture `program` skips the test if there is none.
     return os.environ["CURVMESH_PROGRAM"]
 
 
 @pytest.fixture(scope="module")
 def expected(giant: Path) -> str:
-    """The file that the program makes by itself."""
+    """The output of the program alone."""
     import subprocess
 
     path = os.environ.get("CURVMESH_PROGRAM")
@@ -118,7 +118,7 @@ def test_workers_may_die(engine: Any, giant: Path, binary: str, expected: str, t
         callback=told,
         **SETTINGS,
     )
-    # Nothing is lost, and but for the plans nothing is told twice.
+    # Nothing is lost, and only plans are reported twice.
     assert digest(output) == expected
     once = [step for step in steps if step != "plan"]
     assert len(set(once)) == len(once)
@@ -182,7 +182,7 @@ def test_what_is_wrong_is_told(giant: Path, binary: str, tmp_path: Path) -> None
 
 
 def test_levels_are_the_same_from_every_engine(engine: Any, giant: Path, binary: str, tmp_path: Path) -> None:
-    """Of levels that fit and one that does not, by steps that are finished side by side."""
+    """Levels of detail, some of which fit, by steps that run in parallel."""
     import subprocess
 
     steps = list[str]()
@@ -207,7 +207,7 @@ def test_levels_are_the_same_from_every_engine(engine: Any, giant: Path, binary:
         assert level.error is not None and 0 < level.error < 1
     once = [step for step in steps if step != "plan"]
     assert len(set(once)) == len(once) and any(step.startswith("finish ") for step in once)
-    # Where one process makes the same.
+    # The output of a single process.
     alone = tmp_path / "alone"
     one = str(tmp_path / "one")
     split = ["split", str(giant), "-w", one, "--memory", "36MiB", "--preset", "fast", "--verify"]
@@ -262,7 +262,7 @@ def test_a_step_that_dies_does_not_kill_its_caller(name: str, tmp_path: Path) ->
 def test_the_program_of_the_package_is_used_and_tells_its_progress(giant: Path, tmp_path: Path) -> None:
     steps: list[str] = []
     output = tmp_path / "small.ply"
-    # A result that fits is fitted by the last step.
+    # A result that fits into memory is fitted by the last step.
     options: dict[str, Any] = {**SETTINGS, "preset": "default"}
     regions.simplify(giant, output, work_dir=tmp_path / "work", workers=2, callback=steps.append, **options)
     told = [step for step in steps if step.startswith("finish: ")]

@@ -1,4 +1,4 @@
-"""Interrupts, threads, progress, memory and the time to import."""
+"""Interrupts, threads, progress, memory and the import time."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ LONG: list[tuple[str, Callable[[cm.Mesh], object]]] = [
 
 @pytest.fixture(autouse=True)
 def interrupts() -> Iterator[None]:
-    """Python's own handler, which is not there when a shell has started the tests in the background."""
+    """Python's own handler, which is missing if a shell has started the tests in the background."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -48,7 +48,7 @@ def interrupts() -> Iterator[None]:
 
 @pytest.mark.parametrize("work", [work for _, work in LONG], ids=[name for name, _ in LONG])
 def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], large: cm.Mesh) -> None:
-    # Built before, so that it is the work itself that is interrupted.
+    # Built before, so that the work itself is interrupted.
     cm.curvature(large)
     sent = [0.0]
 
@@ -60,13 +60,13 @@ def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], la
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         work(large)
-        # A quick machine may be done by now; then it is this that is interrupted.
+        # On a fast machine, the work may be done by now; then this call is interrupted.
         time.sleep(5)
     waited = time.perf_counter() - sent[0]
     timer.join()
-    # A tenth of a second, and as much as a busy machine may add.
+    # A tenth of a second, plus a margin for a busy machine.
     assert waited < 1.5, waited
-    # Nothing goes on in the background either.
+    # No work continues in the background.
     until = time.perf_counter() + 3
     busy = 1.0
     while busy > 0.05 and time.perf_counter() < until:
@@ -79,7 +79,7 @@ def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], la
 def test_the_best_so_far_is_kept_on_demand(large: cm.Mesh) -> None:
     timer = threading.Timer(0.3, _thread.interrupt_main)
     timer.start()
-    # Takes seconds; should it not, nothing is left to interrupt.
+    # Takes seconds; otherwise nothing is left to interrupt.
     small = cm.simplify(large, faces=100, preset="extreme", keep_partial=True)
     timer.cancel()
     timer.join()
@@ -94,7 +94,7 @@ def test_a_callback_ends_the_run(large: cm.Mesh) -> None:
         states.append(state)
         return len(states) < 3
 
-    # Quick presets are done before they are asked three times.
+    # Quick presets end before the callback is called three times.
     small = cm.simplify(large, faces=100, preset="extreme", callback=stop)
     assert small.stop == "cancelled" and small.mesh.face_count > 100
     assert states[0].phase == "collapse" and states[0].faces is not None
@@ -155,7 +155,7 @@ def test_other_threads_go_on(large: cm.Mesh) -> None:
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
 def test_nothing_leaks_over_a_thousand_calls() -> None:
-    """In a process of its own: other tests leave threads that give memory back when they like."""
+    """In a separate process: other tests leave threads that release memory at any time."""
     code = """
 import gc, os, curvmesh as cm
 ball = cm.shapes.sphere(3)
@@ -189,7 +189,8 @@ print(resident(1000) - before)
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
 def test_arrays_are_copied_once() -> None:
-    """What a mesh of arrays takes is what it holds: positions, corners and ends, and no second copy."""
+    """The memory of a mesh from arrays is the size of its content: positions, corners and ends, without a
+    second copy."""
     code = """
 import resource, numpy as np, curvmesh as cm
 ball = cm.shapes.sphere(8)

@@ -1,4 +1,4 @@
-"""Pictures, pages, and what shows itself in a notebook."""
+"""Pictures, pages, and the display in notebooks."""
 
 from __future__ import annotations
 

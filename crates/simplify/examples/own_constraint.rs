@@ -1,5 +1,4 @@
-//! A constraint of one's own: a painted block keeps all of its vertices, through the collapses and
-//! through everything that comes after them.
+//! A custom constraint: a painted block keeps all of its vertices, through the collapses and all later steps.
 
 #![allow(clippy::print_stdout)]
 
@@ -13,7 +12,7 @@ use simplify::{
     Scratch, simplify_with,
 };
 
-/// Vertices that are painted are not collapsed, nor is anything collapsed into them.
+/// Painted vertices are not collapsed, and no other vertex is collapsed into them.
 #[derive(Clone)]
 struct Painted(VertexMap<bool>);
 

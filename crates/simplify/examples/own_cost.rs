@@ -1,5 +1,4 @@
-//! A cost of one's own: edges along one direction are dearer than others, so that triangles get long
-//! across it.
+//! A custom cost: edges along one direction cost more than others, so that triangles become long across it.
 
 #![allow(clippy::print_stdout)]
 
@@ -12,8 +11,8 @@ use simplify::{
     CostModifier, EdgePatch, Hybrid, Optimal, Options, Policies, Policy, Scratch, simplify_with,
 };
 
-/// The cost times one plus the squared component of the edge along a direction of length one,
-/// relative to its squared length, times a weight.
+/// The cost times 1 + w c², where c is the component of the edge along a unit direction divided by the length of the
+/// edge, and w is a weight.
 struct Along {
     direction: DVec3,
     weight: f64,

@@ -1,4 +1,4 @@
-//! Collapses as a [`Plan`] says, and as out-of-core runs go on.
+//! Collapses by a [`Plan`], and the continuation of out-of-core runs.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
@@ -27,7 +27,7 @@ pub(crate) fn collapse_to_level(
     let target = &options.target;
     let faces = mesh.topology().face_count();
     let start = Instant::now();
-    // A largest error needs levels to choose from.
+    // An error limit needs levels to choose from.
     let snapshots = options.tolerance.distance.is_some();
     match plan {
         Plan::Blocks { rules } => {
@@ -61,10 +61,10 @@ pub(crate) fn collapse_to_level(
     }
 }
 
-/// Continues after block passes that were made elsewhere, with the bits of a run that was made here: collapses to the
-/// number of faces that the options name. It neither refines nor measures. `diagonal` is that of the bounding box before
-/// the first pass, and `faces_before` the number of faces then. If collapses are recorded, the log belongs to the mesh
-/// `TriMesh::from_triangles(&fragment.positions, &fragment.triangles)`.
+/// Continues after block passes that other processes made: collapses to the number of faces in the options. The result
+/// has the same bits as a run in one process. It neither refines nor measures. `diagonal` is the diagonal of the
+/// bounding box before the first pass, and `faces_before` the number of faces then. If collapses are recorded, the log
+/// belongs to the mesh `TriMesh::from_triangles(&fragment.positions, &fragment.triangles)`.
 ///
 /// # Errors
 /// An option is out of range, or needs the whole mesh; the fragment has vertices that it does not own.
@@ -114,7 +114,7 @@ pub fn finish_collapses(
     Ok((level.mesh, run))
 }
 
-/// Runs the greedy loop on what blocks have left of a mesh that had `faces_before` faces.
+/// Runs the greedy loop on the result of the blocks for a mesh that had `faces_before` faces.
 fn go_on(
     first: BlockRun,
     options: &Options,
@@ -149,8 +149,8 @@ fn go_on(
     (Level { vertex_map: VertexMap::from_vec(vertex_map), ..level }, run)
 }
 
-/// Runs the greedy loop, block by block as long as there are enough faces. `quadrics` are those that the vertices have
-/// accumulated in an earlier run; empty if there was none.
+/// Runs the greedy loop, block by block while there are enough faces. `quadrics` are the quadrics that the vertices
+/// have accumulated in an earlier run; empty if there was none.
 fn greedy_in_blocks(
     mesh: &mut TriMesh,
     quadrics: Vec<Quadric>,

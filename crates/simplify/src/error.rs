@@ -17,7 +17,7 @@ pub enum SimplifyError {
         option: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// The allowed values.
         expected: &'static str,
     },
     /// Two options exclude each other.
@@ -25,9 +25,9 @@ pub enum SimplifyError {
     Conflict {
         /// The option.
         option: &'static str,
-        /// What it does not go with.
+        /// The conflicting option.
         with: &'static str,
-        /// What would help.
+        /// How to resolve the conflict.
         cure: &'static str,
     },
     /// The system has less memory than the collapses need.

@@ -26,7 +26,7 @@ fn needed_by(plan: &Plan, mesh: &TriMesh, options: &Options) -> u64 {
         }
         Plan::BlocksThenGreedy { .. } | Plan::GreedyInBlocks | Plan::Greedy => 420.0,
     };
-    // Blocks in progress, whatever the size of the mesh.
+    // Blocks in progress, independent of the size of the mesh.
     16_000_000 + (per_face * faces) as u64
 }
 

@@ -60,8 +60,8 @@ pub struct RefineOptions {
     pub anneal: bool,
     /// Whether the largest errors are reduced at the end. See [`reduce_max_error`](crate::reduce_max_error()).
     pub max_error: bool,
-    /// Error norm that all of these minimise. With [`FitNorm::L1`] the largest errors are reduced only as far as the
-    /// root mean square does not rise; with [`FitNorm::Max`] in more rounds, and the mean may rise.
+    /// Error norm that all refinement steps minimise. With [`FitNorm::L1`], the largest errors are reduced only while
+    /// the root mean square does not rise. With [`FitNorm::Max`], there are more rounds, and the mean may rise.
     pub norm: FitNorm,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -144,7 +144,7 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// Whether it is one of the curvature norms, which no factor and no attribute cost comes on top of.
+    /// Whether it is one of the curvature norms. They cannot be combined with the curvature factor or attribute costs.
     #[must_use]
     pub fn is_norm(self) -> bool {
         matches!(self, Self::CurvatureL1 | Self::CurvatureL2)
@@ -170,9 +170,9 @@ pub enum PlacementRule {
     Custom,
 }
 
-/// How much the mean may rise where only the largest distance counts.
+/// The factor by which the mean may rise if only the largest distance counts.
 const MAX_RISE: f64 = 1.5;
-/// Rounds of fitting the largest distances then.
+/// Rounds that reduce the largest distances in this case.
 const ROUNDS_FOR_MAX: usize = 60;
 
 impl RefineOptions {
@@ -231,7 +231,7 @@ impl RefineOptions {
 }
 
 impl Options {
-    /// These options for policies of one's own: [`simplify_with`](crate::simplify_with) takes cost and placement from
+    /// These options for custom policies: [`simplify_with`](crate::simplify_with) takes cost and placement from
     /// the policies, and rejects options that name another cost or placement.
     #[must_use]
     pub fn custom(mut self) -> Self {
@@ -240,8 +240,8 @@ impl Options {
         self
     }
 
-    /// These options for a run whose stages become levels of detail: it is recorded, the metric that it ends with makes
-    /// all of it, and nothing is refined, which would move the last stage away from the others.
+    /// These options for a run whose stages become levels of detail: collapses are recorded, one metric is used from
+    /// the start, and nothing is refined, because refinement would move the last stage away from the others.
     #[must_use]
     pub fn for_levels(mut self) -> Self {
         self.record = true;
@@ -271,8 +271,8 @@ impl Options {
         self
     }
 
-    /// What excludes decimation to a tolerance: what is left of other targets would not be known, and attributes would
-    /// be ignored.
+    /// The option that excludes decimation to a tolerance: other targets would be passed, and attributes would be
+    /// ignored.
     fn decimate_conflict(&self) -> Option<&'static str> {
         let Target { vertices, cost, collapses, time, .. } = self.target;
         let conflicts = [
@@ -285,7 +285,7 @@ impl Options {
         conflicts.into_iter().find_map(|(is_set, option)| is_set.then_some(option))
     }
 
-    /// An error unless every option is in range and no two exclude each other.
+    /// An error if an option is out of range or two options exclude each other.
     pub(crate) fn check(&self) -> Result<(), SimplifyError> {
         self.check_ranges()?;
         let Self { cost, refine, tolerance, attributes, .. } = self;

@@ -81,9 +81,9 @@ pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, Simplif
 
 /// Simplifies a mesh; `observe` sees the progress of all phases and may stop the run.
 ///
-/// A stopped run returns the best mesh so far, and [`Simplified::stop`] is [`StopReason::Cancelled`]. That mesh is valid:
-/// it has the collapses so far, and refinement as far as it came; its distance from the input is not measured. With a
-/// largest error, it is the coarsest level that was measured to be within it, and the input when there was none.
+/// A stopped run returns the best mesh so far, and [`Simplified::stop`] is [`StopReason::Cancelled`]. That mesh is
+/// valid: it has the collapses so far, and refinement up to that point. Its distance from the input is not measured.
+/// With an error limit, it is the coarsest level measured to be within the limit, or the input if there is none.
 ///
 /// # Errors
 /// An option is out of range, options exclude each other, a position is not finite, or there is too little memory.
@@ -109,9 +109,9 @@ pub fn simplify_observed(
     AfterCollapses { mesh, constraints: &constraints, options }.result(level, run, observer)
 }
 
-/// Simplifies a mesh with a cost, a placement, cost modifiers and constraints of one's own. The options must be
-/// [`Options::custom`]. What they protect, their target, attributes, refinement and tolerance apply as in [`simplify()`];
-/// constraints of one's own are also obeyed by the refinement.
+/// Simplifies a mesh with custom cost, placement, cost modifiers and constraints. The options must be
+/// [`Options::custom`]. Their protection, target, attributes, refinement and tolerance apply as in [`simplify()`];
+/// custom constraints are also obeyed by the refinement.
 ///
 /// # Errors
 /// As [`simplify()`]; the options name a cost or a placement.
@@ -156,7 +156,7 @@ type RefinedLevel = (Refined, VertexMap<Option<VertexId>>);
 struct AfterCollapses<'a> {
     /// The input.
     mesh: &'a TriMesh,
-    /// Constraints of one's own, as they were before the run.
+    /// Custom constraints, as they were before the run.
     constraints: &'a Constraints,
     options: &'a Options,
 }
@@ -204,7 +204,7 @@ impl AfterCollapses<'_> {
         })
     }
 
-    /// The level refined and measured, or with a largest error the coarsest one within it.
+    /// The level refined and measured, or with an error limit the coarsest level within it.
     fn refined(
         &self,
         level: Level,

@@ -1,4 +1,4 @@
-//! Annealing of the layout: how near it comes to the least possible distance, and what it keeps.
+//! Annealing of the layout: how close the result is to the least possible distance, and which constraints it keeps.
 #![allow(clippy::unwrap_used)]
 
 use core::ops::ControlFlow;
@@ -17,7 +17,7 @@ fn sphere() -> TriMesh {
     TriMesh::from_soup(&Sphere { radius: 1.0 }.irregular_icosphere(5, irregular).unwrap()).unwrap()
 }
 
-/// Of the preset, with annealing of one layout alone and less of it.
+/// The preset `extreme` with one annealed layout only, and fewer sweeps.
 fn annealing(sweeps: usize) -> Options {
     let mut options = Options::preset(Preset::Extreme);
     options.refine.max_error = false;
@@ -26,7 +26,7 @@ fn annealing(sweeps: usize) -> Options {
     options
 }
 
-/// What annealing makes of a mesh, and the report.
+/// The annealed mesh and the report.
 fn annealed(
     start: &TriMesh,
     original: &Surface,
@@ -37,7 +37,7 @@ fn annealed(
     (mesh, report)
 }
 
-/// Over the least root mean square distance of as many triangles from a unit sphere:
+/// The ratio of the root mean square distance from the unit sphere to the least possible for this number of triangles,
 /// 4 pi / (n sqrt(180)).
 fn rms_over_limit(mesh: &TriMesh) -> f64 {
     let samples = sample_surface(&Surface::new(mesh).unwrap(), 100_000, 9);
@@ -106,8 +106,7 @@ fn it_stops_when_told_to() {
     result.mesh.topology().validate().unwrap();
 }
 
-/// Half axes 1, 0.6 and 0.35: the tips are sixty times as curved as the flat sides, and have to have the
-/// faces that belong there.
+/// Half axes 1, 0.6 and 0.35: the tips are sixty times as curved as the flat sides, and need denser faces.
 #[test]
 fn an_ellipsoid_is_laid_out_anew_and_comes_nearer() {
     let axes = glam::DVec3::new(1.0, 0.6, 0.35);
@@ -115,23 +114,23 @@ fn an_ellipsoid_is_laid_out_anew_and_comes_nearer() {
     let soup = Ellipsoid { semi_axes: axes }.irregular_icosphere(5, irregular).unwrap();
     let mesh = TriMesh::from_soup(&soup).unwrap();
     let result = simplify(&mesh, &annealing(160).to_faces(500)).unwrap();
-    // It has to be cut in four, and 125 are no closed mesh: some faces are cut besides.
+    // The layout starts with a quarter of the faces. No closed mesh has 125 faces, so some faces are cut at the end.
     assert_eq!(result.mesh.topology().face_count(), 500);
     let report = result.anneal.unwrap();
-    // From 125 faces on: 160 sweeps, and a fourth of them after the faces were cut in four.
+    // 160 sweeps with the coarse faces, and a quarter of that number after each face was cut in four.
     assert!(report.is_layout_kept && report.sweeps == 200, "{report:?}");
     assert!(report.rms_after < 0.97 * report.rms_before, "{report:?}");
     let topology = result.mesh.topology();
     let regular = topology.vertices().filter(|&v| topology.valence(v) == 6).count();
     assert!(5 * regular > 4 * topology.vertex_count(), "{regular}");
-    // Every vertex of the original has become one near it.
+    // Every vertex of the original maps to a vertex near it.
     let near = |(v, new): (VertexId, &Option<VertexId>)| {
         new.is_some_and(|w| mesh.position(v).distance(result.mesh.position(w)) < 0.5)
     };
     assert!(result.vertex_map.iter().all(near));
 }
 
-/// Of six layouts one is made first; of the five others, begun with 100 faces, two are cut in four.
+/// One of six layouts is made first. The five others start with 100 faces, and two of them are carried on.
 #[test]
 fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
     let mesh = sphere();
@@ -147,10 +146,10 @@ fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
     assert_eq!((one.layouts, one.sweeps), (1, 40 + 10));
     assert_eq!((six.layouts, six.sweeps), (6, 6 * 40 + 3 * 10));
     assert!(one.rms_after < one.rms_before);
-    // It would be the same where none of the others is closer.
+    // The errors would be equal if none of the other layouts were closer.
     assert!(six.rms_after < one.rms_after, "{} {}", one.rms_after, six.rms_after);
 
-    // Bumps that 100 faces know nothing of.
+    // Bumps that 100 faces cannot represent.
     let mut mesh = mesh;
     for p in mesh.positions_mut() {
         let [x, y, z] = p.to_array().map(|x| (9.0 * x).sin());
@@ -162,7 +161,7 @@ fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
     assert_eq!(result.anneal.unwrap().layouts, 1);
 }
 
-/// Stopped among the later layouts it keeps the first one.
+/// A run that stops during the later layouts keeps the first one.
 #[test]
 fn a_layout_that_is_better_outlives_a_stop() {
     let mesh = sphere();
@@ -180,7 +179,7 @@ fn a_layout_that_is_better_outlives_a_stop() {
     assert!(report.rms_after < report.rms_before);
 }
 
-/// Laid out anew from 100 faces, six times, traded, and the largest errors taken down.
+/// Six new layouts from 100 faces, then exchanges of faces, then the reduction of the largest errors.
 #[test]
 fn threads_do_not_change_a_bit() {
     let mesh = sphere();
@@ -204,8 +203,8 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-/// A saddle whose boundary may be followed: it is laid out anew, and its rim stays on the rim, as closely
-/// as its edges can.
+/// A saddle with a boundary curve: the new layout keeps its boundary vertices on the curve, as closely as its edges
+/// allow.
 #[test]
 fn a_rim_is_followed_by_a_new_layout() {
     let saddle = Saddle { half_width: 1.0, coefficient: 0.5 };
@@ -229,7 +228,7 @@ fn a_rim_is_followed_by_a_new_layout() {
     assert_eq!(rim.iter().filter(is_corner).count(), 4);
 }
 
-/// The equator of a sphere as a feature: its vertices stay by it, and it stays one ring of edges.
+/// The equator of a sphere as a feature: its vertices stay close to it, and it stays one ring of edges.
 #[test]
 fn features_stay_where_they_are() {
     let soup = Sphere { radius: 1.0 }.uv_mesh(32, 64).unwrap();
@@ -257,7 +256,7 @@ fn features_stay_where_they_are() {
     }
 }
 
-/// Two spheres, one closely inside the other: on their own, coarse layouts of them would cross.
+/// Two spheres, one closely inside the other. Coarse layouts made separately would cross.
 #[test]
 fn new_layouts_do_not_cross_when_that_is_forbidden() {
     let one = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(4).unwrap()).unwrap();
@@ -282,7 +281,8 @@ fn new_layouts_do_not_cross_when_that_is_forbidden() {
     assert_eq!(crossings(&result.mesh), 0);
 }
 
-/// `quality` trades faces where the original has far more than the result, and in proportion to that.
+/// `quality` exchanges faces if the original has many more faces than the result; the number of rounds grows with that
+/// ratio.
 #[test]
 fn rounds_are_in_proportion_to_the_reduction() {
     let mesh = sphere();

@@ -8,7 +8,7 @@ use mesh_shapes::{Irregular, Plane, Sphere};
 use proptest::prelude::*;
 use simplify::{Boundary, ErrorCheck, Options, Preset, StopReason, simplify};
 
-/// A bumpy grid with random faces taken out, if that leaves a manifold, and a sphere beside it.
+/// A bumpy grid with random faces removed, if that leaves a manifold, and a sphere beside it.
 fn random_mesh(seed: u64, cells: usize, holes: usize, sphere: bool) -> Option<TriMesh> {
     let mut random = SplitMix64::new(seed);
     let irregular = Irregular { jitter: 0.2, seed };
@@ -56,7 +56,7 @@ proptest! {
         let faces = topology.face_count();
         let before = mesh.topology().face_count();
         prop_assert!(faces + 1 >= floor.min(before));
-        // Cutting largest errors may exchange vertices of the boundary for others, and end one face lower.
+        // The reduction of the largest errors may replace boundary vertices, and end with one face fewer.
         let cut = result.max_error.is_some_and(|peaks| peaks.kept > 0);
         match result.stop {
             StopReason::Faces => prop_assert!(faces <= floor),
@@ -66,7 +66,7 @@ proptest! {
         prop_assert_eq!(topology.components().count, mesh.topology().components().count);
         prop_assert_eq!(topology.euler_characteristic(), mesh.topology().euler_characteristic());
         prop_assert_eq!(topology.boundary_loops().len(), mesh.topology().boundary_loops().len());
-        // Every vertex has become one that is there, and the log leads to the same mesh.
+        // Every vertex maps to a vertex of the result, and the log leads to the same mesh.
         for (_, new) in result.vertex_map.iter() {
             prop_assert!(new.is_some_and(|v| topology.contains_vertex(v)));
         }
@@ -74,7 +74,7 @@ proptest! {
         replayed.compact();
         let fewer = replayed.topology().face_count() - faces;
         prop_assert!(fewer == 0 || (fewer == 1 && cut));
-        // Levels in between have as many faces as was asked for, or as few as there can be.
+        // Intermediate levels have the requested number of faces, or the smallest possible number.
         let level = usize::midpoint(faces, before);
         let level_mesh = result.log.replay(&mesh, result.log.count_for_faces(level)).unwrap();
         let got = level_mesh.topology().face_count();

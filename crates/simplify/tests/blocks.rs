@@ -1,4 +1,4 @@
-//! Collapses in blocks: the same bits on any number of threads, whole meshes, a record that replays.
+//! Collapses in blocks: results are bit-identical for any number of threads, meshes are valid, and the record replays.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use core::ops::ControlFlow;
@@ -15,7 +15,7 @@ use simplify::{
     simplify, simplify_observed,
 };
 
-/// A bent torus that is worth blocks.
+/// A bent torus with enough faces for blocks.
 fn torus(rings: usize) -> TriMesh {
     let soup = Torus { major: 5.0, minor: 2.0 }.mesh(rings, rings / 2).unwrap();
     let mut mesh = TriMesh::from_soup(&soup).unwrap();
@@ -49,7 +49,7 @@ fn mean_error(mesh: &TriMesh, result: &TriMesh) -> f64 {
     compare(&a, &b, &CompareOptions { samples: 60_000, ..CompareOptions::default() }).mean()
 }
 
-/// What must hold of every result.
+/// Checks that hold for every result.
 fn assert_whole(mesh: &TriMesh, result: &Simplified, faces: usize) {
     let left = &result.mesh;
     left.topology().validate().unwrap();
@@ -67,7 +67,7 @@ fn assert_whole(mesh: &TriMesh, result: &Simplified, faces: usize) {
 fn threads_do_not_change_a_bit() {
     let meshes = [torus(400), hills(220)];
     for mesh in &meshes {
-        // With so many faces left, all of it is a matter of the greedy loop.
+        // With this many faces left, the greedy loop does the whole run.
         let much = (Preset::Default, 30_000);
         let little = [Preset::Draft, Preset::Fast, Preset::Default].map(|preset| (preset, 2500));
         for (preset, faces) in little.into_iter().chain([much]) {
@@ -89,8 +89,8 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-/// The log is that of the greedy loop: legal collapses of the original, in an order in which every number
-/// of them is a level.
+/// The log has the same form as the log of the greedy loop: legal collapses of the original, in an order in which every
+/// prefix is a level.
 #[test]
 fn the_record_replays_to_the_same_bits_and_to_levels() {
     for mesh in [torus(340), hills(200)] {
@@ -118,7 +118,7 @@ fn the_record_replays_to_the_same_bits_and_to_levels() {
     }
 }
 
-/// All of a mesh before the first pass.
+/// The whole mesh as a fragment before the first pass.
 fn fragment(mesh: &TriMesh) -> Fragment {
     Fragment {
         positions: mesh.positions().to_vec(),
@@ -128,7 +128,7 @@ fn fragment(mesh: &TriMesh) -> Fragment {
     }
 }
 
-/// What goes on after passes that were made elsewhere is a log of the mesh that these have left.
+/// After passes made elsewhere, the log of the rest belongs to the mesh that these passes have left.
 #[test]
 fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
     let mesh = torus(400);
@@ -158,7 +158,7 @@ fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
     }
 }
 
-/// A cost is an area times a squared distance, and means the same whatever the unit of length.
+/// A cost is an area times a squared distance, so it scales with the unit of length.
 #[test]
 fn a_ceiling_is_a_cost() {
     let small = torus(60);
@@ -204,8 +204,8 @@ fn nothing_is_recorded_unless_asked() {
     assert_eq!(bare.vertex_map, recorded.vertex_map);
 }
 
-/// As close to the original as one queue for the whole mesh is; on grids, where most costs are the
-/// same, nearly so.
+/// Blocks are as close to the original as one queue for the whole mesh; on grids, where most costs are equal, nearly
+/// so.
 #[test]
 fn regions_cost_no_accuracy() {
     let made = [torus(400), hills(220)].map(|mesh| (mesh, 1.1));
@@ -223,7 +223,7 @@ fn regions_cost_no_accuracy() {
             let draft = mean_error(&mesh, &draft.mesh);
             assert!(draft < 1.5 * lazy, "{faces}: {draft} {lazy}");
         }
-        // The presets with the hybrid metric: after quadrics in blocks, and where the greedy loop does it all.
+        // The presets with the hybrid metric: after quadrics in blocks, and with the greedy loop for the whole run.
         for (part, most) in [(49.0, most), (5.0, 1.03), (2.5, 1.03)] {
             let error = |schedule: Schedule| {
                 let faces = (mesh.topology().face_count() as f64 / part) as usize;
@@ -237,8 +237,8 @@ fn regions_cost_no_accuracy() {
     }
 }
 
-/// Where the hybrid metric takes over hardly shows, also on meshes that are too small for blocks; each
-/// run is recorded whole.
+/// The time at which the hybrid metric takes over has little effect, also on meshes that are too small for blocks.
+/// Every run is recorded completely.
 #[test]
 fn the_metric_may_take_over_late() {
     for mesh in [torus(60), hills(70)] {
@@ -260,7 +260,7 @@ fn the_metric_may_take_over_late() {
             later.iter().zip(&mut logs).for_each(|(late, sum)| *sum += late.1 - from_start.1);
         }
         assert!(logs.iter().all(|sum| (sum / 8.0).abs() < 0.03), "{logs:?}");
-        // Nearly from the beginning is from the beginning.
+        // A switch near the beginning equals no switch.
         assert!(run(Some(5.0), faces * 2 / 5).0 == run(None, faces * 2 / 5).0);
     }
     for factor in [0.5, f64::NAN, f64::INFINITY] {
@@ -270,8 +270,8 @@ fn the_metric_may_take_over_late() {
     }
 }
 
-/// With nothing but a largest error, what comes before decimation to the tolerance is the same in all presets whose metric a squeeze
-/// makes up for, and is recorded.
+/// If only an error limit ends the run, all presets whose metric decimation makes superfluous do the same before
+/// decimation, and record it.
 #[test]
 fn regions_do_all_that_comes_before_a_squeeze() {
     let mesh = torus(200);
@@ -296,7 +296,7 @@ fn regions_do_all_that_comes_before_a_squeeze() {
     }
 }
 
-/// All the detail in one corner, where no block is looked at beforehand: no pass goes too far.
+/// All detail is in one corner, where no block was sampled: no pass goes too far.
 #[test]
 fn uneven_meshes_come_to_the_number_of_faces() {
     for (corner, faces) in [(DVec3::new(7.0, 0.0, 0.0), 40_000), (DVec3::ZERO, 12_000)] {
@@ -312,7 +312,7 @@ fn uneven_meshes_come_to_the_number_of_faces() {
 
 #[test]
 fn real_meshes_stay_whole() {
-    // Closed and open, of one part and of many, with slivers.
+    // Closed and open meshes, with one component and many, with slivers.
     let names = ["igea.ply", "helicopter.obj", "armadillo_52k.off", "beast.obj", "conrod.stl"];
     for name in names.into_iter().chain(["zurich_georef.obj", "stanford-bunny.obj", "cow.obj"]) {
         let Some(mesh) = model(name) else { return };
@@ -355,7 +355,7 @@ fn removed_and_unused_vertices_are_no_trouble() {
     assert!(result.mesh.topology().is_isolated_vertex(lone));
 }
 
-/// Whatever ends a run, what is left by then is whole.
+/// However a run ends, its result is complete.
 #[test]
 fn a_run_can_be_ended_at_any_time() {
     let mesh = torus(400);
@@ -378,7 +378,7 @@ fn a_run_can_be_ended_at_any_time() {
     }
 }
 
-/// Also on meshes that are too small for blocks, and for a look at the clock now and then.
+/// Also on meshes that are too small for blocks, and with rare checks of the clock.
 #[test]
 fn no_time_is_no_collapse() {
     for mesh in [torus(20), torus(300)] {
@@ -410,7 +410,7 @@ fn scale_and_place_do_not_matter() {
 
 #[test]
 fn flat_and_touching_places_are_no_trouble() {
-    // A flat flat mesh: all costs are zero. Every vertex at one place: no costs at all.
+    // A flat mesh: all costs are zero. All vertices at one place: no costs at all.
     let flat =
         TriMesh::from_soup(&Plane { half_width: 1.0 }.mesh(170, Default::default()).unwrap());
     let flat = flat.unwrap();
@@ -423,7 +423,7 @@ fn flat_and_touching_places_are_no_trouble() {
     result.mesh.topology().validate().unwrap();
 }
 
-/// Blocks that are done one by one, in any order, are those that are done together.
+/// Blocks that are done one by one, in any order, give the same result as blocks that are done together.
 #[test]
 fn regions_do_not_see_each_other() {
     for mesh in [torus(400), hills(220)] {

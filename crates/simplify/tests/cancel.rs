@@ -1,4 +1,4 @@
-//! A run that is told to stop leaves the best that there is by then, and everything belongs together.
+//! A stopped run returns its best mesh so far, with a consistent map and log.
 #![allow(clippy::unwrap_used)]
 
 use std::ops::ControlFlow;
@@ -17,8 +17,8 @@ fn wave() -> TriMesh {
     TriMesh::from_soup(&soup).unwrap()
 }
 
-/// The map leads to all vertices of the mesh, and where nothing was done after the collapses, mesh
-/// and map are those of the log. One that was decimated to the tolerance has fewer faces than that.
+/// The map reaches all vertices of the mesh. If nothing was done after the collapses, mesh and map agree with the log.
+/// A mesh that was decimated to the tolerance has fewer faces.
 fn assert_consistent(original: &TriMesh, result: &Simplified) {
     result.mesh.topology().validate().unwrap();
     let mut is_met = result.mesh.topology().vertex_map(false);
@@ -38,7 +38,7 @@ fn assert_consistent(original: &TriMesh, result: &Simplified) {
     }
 }
 
-/// Tells a run to stop when it is asked so often in a phase.
+/// Stops a run after this number of calls in a phase.
 fn stopped_in(mesh: &TriMesh, options: &Options, phase: Phase, after: usize) -> Option<Simplified> {
     let mut asked = 0;
     let mut is_over = false;
@@ -65,7 +65,7 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
         for phase in
             [Phase::Collapse, Phase::Search, Phase::Fit, Phase::Measure, Phase::DecimateToTolerance]
         {
-            // A proof is interrupted within as well.
+            // The proof itself can be interrupted as well.
             for after in [1, 2, 4, 8, 16, 32, 64] {
                 let Some(result) = stopped_in(&mesh, &options, phase, after) else { continue };
                 assert_eq!(result.stop, StopReason::Cancelled);
@@ -82,7 +82,7 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
             }
         }
         assert!(coarser > 0, "nothing was kept");
-        // What was done by then is not given up.
+        // Work done before the stop is kept.
         assert_eq!(squeezed > 0, squeeze);
     }
 }

@@ -1,4 +1,4 @@
-//! Where vertices may go while a mesh is fitted.
+//! The positions that vertices may take during a fit.
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
@@ -23,7 +23,7 @@ fn disk() -> TriMesh {
         !t.iter().all(|&v| inside(v))
     };
     let triangles: Vec<[u32; 3]> = mesh.topology().triangles().filter(keep).collect();
-    // The square becomes round outside, and stays square inside.
+    // The outer square becomes a disk; the inner square stays a square.
     let round = |p: &DVec3| {
         let square = p.truncate().abs().max_element();
         let shrink = square / p.truncate().length().max(1e-9);
@@ -57,7 +57,7 @@ fn boundary_vertices_slide_along_the_boundary() {
         boundary(&fitted.mesh).into_iter().filter(|p| !before.contains(p)).collect();
     assert!(2 * moved.len() > before.len(), "{} of {}", moved.len(), before.len());
     assert!(curve.farthest(&moved).unwrap() < 1.01 * curve.farthest(&before).unwrap() + 1e-12);
-    // Nothing was cut off.
+    // No part of the boundary was cut off.
     let shift = collapsed.boundary_shift.unwrap();
     assert!(fitted.boundary_shift.unwrap() < 1.5 * shift, "{:?}", fitted.boundary_shift);
     let surface = Surface::new(&original).unwrap();
@@ -81,7 +81,7 @@ fn corners_of_a_curve_are_where_it_turns() {
     corners.sort_by(|a, b| (a.x, a.y).partial_cmp(&(b.x, b.y)).unwrap());
     let expected = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
     assert_eq!(corners, expected.map(|(x, y)| DVec3::new(x, y, 0.0)));
-    // Lines that end.
+    // Lines that end inside the mesh.
     let topology = square.topology();
     let inner = topology.edges().find(|&e| !topology.is_boundary_edge(e)).unwrap();
     let line = Curve::of_edges(&square, |e| e == inner).unwrap();
@@ -105,7 +105,7 @@ fn the_last_seed_is_as_good_as_any() {
     assert_eq!(result.fit.unwrap().rounds, 3);
 }
 
-/// Samples per face are asked for in vain where the original has not so much to tell.
+/// More samples per face have no effect if the original has few triangles.
 #[test]
 fn samples_are_limited_by_the_triangles_of_the_original() {
     let original = disk();
@@ -119,7 +119,7 @@ fn samples_are_limited_by_the_triangles_of_the_original() {
         compare(&surface, &fitted, &CompareOptions::default()).rms()
     };
     let limited = rms(40, 3);
-    // The same points, which count as much in sum.
+    // The same points with the same total weight.
     assert!((rms(400, 3) / limited - 1.0).abs() < 1e-6);
     let many = rms(40, 100);
     assert!(many != limited && limited < 1.03 * many, "{limited}, with all samples {many}");

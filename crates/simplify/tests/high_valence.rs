@@ -1,5 +1,4 @@
-//! Vertices with very many edges, as the caps of cones and cylinders have them, take no time out of
-//! proportion.
+//! Vertices of very high valence, as at the caps of cones and cylinders, do not take a disproportionate time.
 #![allow(clippy::unwrap_used)]
 
 use core::f64::consts::TAU;
@@ -14,7 +13,7 @@ use simplify::{
     RefineOptions, Schedule, Scratch, StopReason, Target, collapse_edges, simplify,
 };
 
-/// A cone of so many faces, without or with a second one below.
+/// A cone with this many faces, optionally closed by a second cone below.
 fn cone(faces: u32, is_closed: bool) -> TriMesh {
     let rim = |i: u32| {
         let angle = TAU * f64::from(i) / f64::from(faces);
@@ -32,7 +31,7 @@ fn cone(faces: u32, is_closed: bool) -> TriMesh {
     TriMesh::from_triangles(&points, &triangles).unwrap()
 }
 
-/// Another cost, and how many faces it has looked at.
+/// A cost that counts the faces that it was evaluated with.
 struct Counted(Memoryless, Arc<AtomicU64>);
 
 impl Policy for Counted {}
@@ -71,7 +70,7 @@ fn the_work_on_a_cone_does_not_grow_with_the_square_of_its_faces() {
     };
     for schedule in [Schedule::Lazy, Schedule::Exact] {
         let [small, large] = [2000, 16_000].map(|faces| faces_seen(faces, schedule));
-        // Sixty-four times as much if every edge at the apex looks at all of its faces.
+        // The ratio would be 64 if every edge at the apex visited all faces of the apex.
         assert!(large < 16 * small, "{schedule:?}: {small} {large}");
     }
 }
@@ -80,7 +79,7 @@ fn the_work_on_a_cone_does_not_grow_with_the_square_of_its_faces() {
 fn cones_of_sixty_thousand_faces_are_collapsed() {
     for preset in [Preset::Fast, Preset::Default] {
         let mut options = Options::preset(preset).to_faces(2000);
-        // The distances that a fit asks for are another matter.
+        // The distances of a fit are not part of this test.
         options.refine = RefineOptions::none();
         for is_closed in [false, true] {
             let result = simplify(&cone(60_000, is_closed), &options).unwrap();
@@ -92,8 +91,7 @@ fn cones_of_sixty_thousand_faces_are_collapsed() {
     }
 }
 
-/// How many faces of a mesh are compared with the faces of some of its vertices once these have moved a
-/// little.
+/// The number of faces that are compared with the faces of some vertices after a small move.
 fn faces_compared(mesh: &TriMesh, vertices: impl Iterator<Item = u32>) -> usize {
     let (topology, tree) = (mesh.topology(), FaceTree::new(mesh));
     let mut compared = 0;
@@ -133,7 +131,7 @@ fn a_face_of_a_cone_is_compared_with_few_others_for_intersections() {
     for (name, shape) in shapes {
         let [small, large] = [1000, 8000]
             .map(|faces| faces_compared(&shape(faces), (0..faces).step_by(faces as usize / 50)));
-        // Eight times as many if a share of all of them is.
+        // The ratio would be 8 if a fixed share of all faces were compared.
         assert!(large < 2 * small, "{name}: {small} {large}");
     }
 }

@@ -1,4 +1,4 @@
-//! Simplified meshes do not run into themselves when that is forbidden.
+//! Simplified meshes do not intersect themselves if that is forbidden.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use crate::common::model;
@@ -6,8 +6,8 @@ use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, TriMesh};
 use simplify::{AnnealOptions, Options, Preset, Rejection, simplify};
 
-/// Every edge that passes through the inside of a face, found by looking at all pairs with
-/// floating-point geometry of its own.
+/// Every edge that passes through the interior of a face, found by a test of all pairs with independent floating-point
+/// code.
 fn piercings(mesh: &TriMesh) -> Vec<(EdgeId, FaceId)> {
     let topology = mesh.topology();
     let faces: Vec<_> = topology
@@ -32,8 +32,8 @@ fn piercings(mesh: &TriMesh) -> Vec<(EdgeId, FaceId)> {
     found
 }
 
-/// Whether a segment passes through a triangle, away from its sides by more than rounding: it goes
-/// from one side of the plane to the other, and the same way round all three sides.
+/// Whether a segment passes through a triangle, farther from its sides than rounding errors: its ends lie on opposite
+/// sides of the plane, and its volumes with the three sides have the same sign.
 fn pierces(p: DVec3, q: DVec3, &[a, b, c]: &[DVec3; 3]) -> bool {
     let volume = |a: DVec3, b: DVec3, c: DVec3, d: DVec3| (b - a).cross(c - a).dot(d - a);
     let size = p.distance(q).max(a.distance(b)).max(b.distance(c)).max(c.distance(a)).powi(3);
@@ -51,7 +51,7 @@ fn forbidden_intersections_do_not_arise() {
     let cases = [
         ("horse.ply", 2908, Preset::Default),
         ("rocker-arm.obj", 602, Preset::Default),
-        // The metrics keep apart what their normals keep apart; the curvature norm does not.
+        // The other metrics keep surfaces with different normals apart; the curvature norm does not.
         ("fandisk.obj", 602, Preset::PaperL1),
     ];
     for (name, faces, preset) in cases {

@@ -1,4 +1,4 @@
-//! A largest error that is proved, and how few faces are left within it.
+//! Proved error limits, and the number of faces that remain within them.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use crate::common::model;
@@ -10,7 +10,7 @@ use simplify::{ErrorCheck, Options, Preset, simplify};
 /// In percent of the diagonal of the bounding box.
 const TOLERANCES: [f64; 3] = [0.05, 0.2, 1.0];
 
-/// The faces that a preset leaves, once the distance is proved anew to be within the limit.
+/// The number of faces that a preset leaves, with the distance proved again to be within the limit.
 fn faces_within(mesh: &TriMesh, percent: f64, preset: Preset) -> usize {
     let original = Surface::new(mesh).unwrap();
     let limit = percent / 100.0 * original.bounding_box().diagonal();
@@ -41,7 +41,8 @@ fn the_default_is_near_the_smallest_within_a_proved_error_on_a_sphere() {
     let soup = Sphere { radius: 1.0 }.icosphere(4).unwrap();
     let mesh = build(&soup, &Repair::strict()).unwrap().mesh;
     check("sphere", &mesh);
-    // Faces of angle a reach a²/6 below the sphere, so that far fewer are left than at the start.
+    // A face that spans an angle a lies at most a²/6 below the sphere, so that far fewer faces are needed than at the
+    // start.
     assert!(faces_within(&mesh, 1.0, Preset::Default) < mesh.topology().face_count() / 10);
 }
 
@@ -54,8 +55,8 @@ fn the_default_is_near_the_smallest_within_a_proved_error_on_real_meshes() {
     }
 }
 
-/// With several threads, distances are looked at ahead, and collapses in between change what they were: above
-/// all where it is flat, and many edges that are beside each other cost the same.
+/// With several threads, distances are computed ahead, and collapses in between change them. This matters most on flat
+/// parts, where many neighbouring edges have the same cost.
 #[test]
 fn threads_do_not_change_a_bit() {
     let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };

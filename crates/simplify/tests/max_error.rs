@@ -1,4 +1,4 @@
-//! What holds while the largest errors are taken down.
+//! Constraints that hold during the reduction of the largest errors.
 #![allow(clippy::unwrap_used)]
 
 use crate::common::joined;
@@ -7,7 +7,7 @@ use mesh_core::{TriMesh, triangles_cross};
 use mesh_metric::Surface;
 use simplify::{FitConstraints, MaxErrorOptions, reduce_max_error};
 
-/// A flat grid round `center`, `half` wide to each side.
+/// A flat grid around `center` with this half width.
 fn grid(center: DVec3, half: f64, cells: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let at = |i: u32| half * (2.0 * f64::from(i) / f64::from(cells) - 1.0);
     let places = (0..=cells).flat_map(|j| (0..=cells).map(move |i| (i, j)));
@@ -22,9 +22,8 @@ fn grid(center: DVec3, half: f64, cells: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (points, halves.collect())
 }
 
-/// A plate of two triangles below a flat mesh that stands upright, and a grid far away to take faces
-/// from; the original is a pyramid on the plate instead of it, and the pyramid passes through the
-/// flat mesh.
+/// A plate of two triangles below an upright flat sheet, and a grid far away whose faces can be collapsed. In the
+/// original, a pyramid replaces the plate and passes through the sheet.
 fn plate_under_a_sheet() -> (TriMesh, TriMesh) {
     let sheet = [DVec3::new(0.8, 0.0, 0.2), DVec3::new(1.9, 0.0, 0.2), DVec3::new(1.3, 0.0, 0.3)];
     let sheet = (sheet.to_vec(), vec![[0, 1, 2]]);
@@ -65,7 +64,7 @@ fn peaks_are_not_cut_through_other_faces_when_that_is_forbidden() {
 
 #[test]
 fn vertices_are_not_brought_back_through_other_faces_when_that_is_forbidden() {
-    // The tip of a tent belongs below the floor, where a flat mesh stands in the way of its faces.
+    // The tip of a tent belongs below the floor, but an upright sheet blocks its faces.
     let mut tent = grid(DVec3::ZERO, 2.0, 2);
     tent.0[4].z = 1.0;
     let sheet =
@@ -89,7 +88,7 @@ fn vertices_are_not_brought_back_through_other_faces_when_that_is_forbidden() {
 fn locked_boundaries_are_neither_split_nor_moved_by_cutting_peaks() {
     let start = joined(&[grid(DVec3::ZERO, 1.0, 6)]);
     let topology = start.topology();
-    // The original reaches beyond the mesh, so that its farthest points are closest to the boundary.
+    // The original is larger than the mesh, so that its farthest points are closest to the boundary of the mesh.
     let original = Surface::new(&joined(&[grid(DVec3::ZERO, 1.5, 12)])).unwrap();
     let mut locked = topology.vertex_map(false);
     topology.vertices().filter(|&v| topology.is_boundary_vertex(v)).for_each(|v| locked[v] = true);

@@ -1,4 +1,4 @@
-//! What the collapses take, measured by an allocator that counts.
+//! Memory of the collapses, measured by a counting allocator.
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::TriMesh;
@@ -15,7 +15,7 @@ fn collapses_take_no_more_than_is_said() {
     let mesh = TriMesh::from_soup(&soup).unwrap();
     drop(soup);
     let faces = mesh.topology().face_count();
-    // Bytes for each face of the input, beside this; large meshes come closer.
+    // Bytes per face of the input, besides the fixed part. Large meshes are closer to the estimate.
     for (preset, record, most) in
         [(Preset::Draft, false, 150), (Preset::Fast, true, 190), (Preset::Default, true, 420)]
     {

@@ -1,4 +1,4 @@
-//! What a fit makes small.
+//! The distance that a fit minimises, by norm.
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::TriMesh;
@@ -30,7 +30,7 @@ fn each_norm_makes_its_own_distance_least(mesh: &TriMesh, surface: &impl SignedD
             assert!(found[own][own] < found[other][own], "{own} {other}: {found:?}");
         }
     }
-    // The largest distance is not a little smaller only.
+    // The largest distance is clearly smaller, not just a little.
     assert!(found[2][2] < 0.92 * found[1][2], "{found:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Options, logs and attributes that make no sense are rejected with a reason.
+//! Invalid options, logs and attributes are rejected with a reason.
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::TriMesh;
@@ -77,7 +77,7 @@ fn options_of_fit_max_error_and_annealing_are_checked() {
         );
         assert_eq!(whole(&|all| all.refine.tuning.anneal = options), name);
     }
-    // Seeds are numbers as any other.
+    // Every number is a valid seed.
     let options = FitOptions { seed: u64::MAX, ..fit_ok };
     assert!(fit(&mut mesh, &surface, free, &options).is_ok());
 }
@@ -105,7 +105,7 @@ fn the_log_of_another_mesh_is_an_error() {
     let within = |mesh: &TriMesh| collapses_within(mesh, &result.log, 0.2, ErrorCheck::Sampled);
     assert!(within(&mesh).unwrap() > 0);
     assert!(matches!(within(&other), Err(SimplifyError::OtherMesh(_))));
-    // The same size, and most collapses would be legal.
+    // A mesh of the same size, on which most of the collapses would be legal.
     let triangles: Vec<[u32; 3]> = mesh.topology().triangles().map(|[a, b, c]| [a, c, b]).collect();
     let turned = TriMesh::from_triangles(mesh.positions(), &triangles).unwrap();
     assert!(matches!(within(&turned), Err(SimplifyError::OtherMesh(_))));
@@ -113,7 +113,7 @@ fn the_log_of_another_mesh_is_an_error() {
     assert_eq!(named(none), "limit");
 }
 
-/// Each of what a collapse names, by itself.
+/// Each handle of a collapse, one after the other.
 #[test]
 fn a_record_with_a_collapse_of_what_the_mesh_does_not_have_is_refused() {
     let mesh = sphere(2);

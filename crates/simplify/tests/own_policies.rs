@@ -1,4 +1,4 @@
-//! Policies from outside this crate, through everything that `simplify` does.
+//! Policies from outside this crate, in all stages of `simplify`.
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
@@ -14,7 +14,7 @@ use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// Painted vertices stay, and nothing is collapsed into them.
+/// Painted vertices stay, and no other vertex is collapsed into them.
 #[derive(Clone)]
 struct Painted(VertexMap<bool>);
 
@@ -57,7 +57,7 @@ fn guarded<C: Cost, P: Placement>(
     simplify_with(mesh, policies, &options.clone().custom(), &mut |_| ControlFlow::Continue(()))
 }
 
-/// All painted vertices are there, each by itself, whatever was done after the collapses.
+/// All painted vertices are still present and separate, also after the steps that follow the collapses.
 #[test]
 fn a_guard_from_outside_holds_in_all_steps() {
     let mesh = ball();
@@ -91,7 +91,7 @@ fn a_guard_from_outside_holds_in_all_steps() {
     }
 }
 
-/// The policies that options name, given by hand, do the same.
+/// Policies passed as values act like the same policies named by options.
 #[test]
 fn policies_by_hand_are_those_by_name() {
     let mesh = ball();
@@ -135,7 +135,7 @@ fn options_that_exclude_each_other_are_errors() {
     assert_eq!(conflict(norm).0, "cost.curvature_weight");
 }
 
-/// What is chosen at run time does what is chosen at compile time.
+/// Policies chosen at run time act like those chosen at compile time.
 #[test]
 fn policies_in_boxes_do_the_same() {
     let mesh = ball();
@@ -172,7 +172,7 @@ fn policies_in_boxes_do_the_same() {
     }
 }
 
-/// At one of the ends, which it does not allow, and in the middle instead.
+/// A placement at one end, which its check rejects, with the midpoint as the alternative.
 struct NotAtEnds;
 
 impl Policy for NotAtEnds {}
@@ -196,7 +196,7 @@ impl Placement for NotAtEnds {
     }
 }
 
-/// A locked vertex is where it has to be, so that there is no other place to try.
+/// A locked vertex must keep its position, so no alternative position is tried.
 #[test]
 fn locked_vertices_do_not_go_to_another_place_instead() {
     let original = ball();

@@ -1,6 +1,6 @@
-//! Errors on real meshes, against those of other simplifiers.
+//! Errors on real meshes, compared with other simplifiers.
 //!
-//! Means over both directions, in percent of the diagonal of the bounding box.
+//! Errors are means over both directions, in percent of the diagonal of the bounding box.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use crate::common::model;
@@ -19,7 +19,7 @@ fn mean(mesh: &TriMesh, original: &Surface, preset: Preset, faces: usize) -> f64
     100.0 * compare(original, &surface, &options).mean() / diagonal
 }
 
-/// Mesh, faces, and the mean error of Lindstrom and Turk's method as CGAL has it.
+/// Mesh, number of faces, and the mean error of the method of Lindstrom and Turk, as implemented in CGAL.
 const PEER: [(&str, usize, f64); 7] = [
     ("igea.ply", 3000, 0.02772),
     ("rocker-arm.obj", 2008, 0.02197),
@@ -47,7 +47,7 @@ fn presets_are_ordered_by_quality() {
         let original = Surface::new(&mesh).unwrap();
         let [fast, default, quality] = [Preset::Fast, Preset::Default, Preset::Quality]
             .map(|preset| mean(&mesh, &original, preset, *faces));
-        // Both trade a little of the mean for the maximum.
+        // Both presets accept a slightly larger mean for a smaller maximum.
         assert!(quality <= 1.03 * default && default < fast, "{name} {faces}");
         if *faces == 388 {
             let paper = mean(&mesh, &original, Preset::PaperL1, *faces);
@@ -56,8 +56,8 @@ fn presets_are_ordered_by_quality() {
     }
 }
 
-/// The bounds are the largest errors that fitting alone leaves, in percent of the diagonal, as an
-/// independent prototype has measured them.
+/// The bounds are the largest errors after fitting alone, in percent of the diagonal, measured with an independent
+/// prototype.
 #[test]
 fn quality_takes_the_largest_error_down() {
     for (name, faces, prototype) in [
@@ -71,12 +71,12 @@ fn quality_takes_the_largest_error_down() {
         let options = CompareOptions { samples: 200_000, ..CompareOptions::default() };
         let compared = compare(&original, &Surface::new(&result.mesh).unwrap(), &options);
         let largest = 100.0 * compared.hausdorff() / original.bounding_box().diagonal();
-        // Less than three percent is noise.
+        // Differences below 3 % are noise.
         assert!(largest < 1.03 * prototype, "{name} {faces}: {largest:.4}, above {prototype}");
     }
 }
 
-/// Where parts are small and many, what is best on average may leave one of them far off.
+/// In meshes with many small parts, the result with the best mean may leave one part far away.
 #[test]
 fn the_largest_error_is_not_above_that_of_plain_quadrics() {
     let Some(mesh) = model("helicopter.obj") else { return };

@@ -1,4 +1,4 @@
-//! Mistakes that simplifiers have been seen to make, one test each.
+//! Errors seen in simplifiers, one test each.
 #![allow(clippy::unwrap_used)]
 
 use crate::common::joined;
@@ -41,7 +41,7 @@ fn wave(cells: usize) -> TriMesh {
     mesh(&wave.irregular_mesh(cells, irregular).unwrap())
 }
 
-/// The presets that are quick enough for larger meshes in tests.
+/// The presets that are fast enough for larger meshes in tests.
 const QUICK: [Preset; 4] = [Preset::Fast, Preset::Default, Preset::Quality, Preset::ThinFeatures];
 
 fn run(mesh: &TriMesh, preset: Preset, faces: usize) -> Simplified {
@@ -87,7 +87,7 @@ fn trap_2_flat_and_nearly_flat_grids_stay_in_their_bounding_box() {
     for mesh in [&flat, &nearly] {
         for &preset in Preset::ALL {
             let result = run(mesh, preset, 100);
-            // The butterfly mask extrapolates where the boundary has a corner.
+            // The butterfly mask extrapolates at corners of the boundary.
             let is_butterfly = matches!(preset, Preset::PaperL1 | Preset::PaperL2);
             let limit = if is_butterfly { 1.1 } else { 1.0 + 1e-6 };
             for p in result.mesh.positions() {
@@ -133,7 +133,7 @@ fn trap_4_the_boundary_stays_or_the_result_says_how_far_it_moved() {
         let shift = kept.boundary_shift.unwrap();
         assert!(shift > 0.0 && shift < 0.1, "{preset}: {shift}");
 
-        // A flat square keeps its outline however few faces are left.
+        // A flat square keeps its outline with any number of faces.
         let square = run(&grid(20), preset, 2);
         assert!(square.boundary_shift.unwrap() < 1e-5, "{preset}: {:?}", square.boundary_shift);
         assert!((square.mesh.area() - 4.0).abs() < 1e-5);
@@ -148,7 +148,7 @@ fn trap_5_two_plates_far_apart_reduce_alike() {
     let plates = together(&near, &far);
     let half = near.positions().len() as u32;
     for preset in QUICK {
-        // The log has the collapses of the run, not those of decimation to the tolerance.
+        // The log contains the collapses of the run, without the decimation to the tolerance.
         let mut options = Options::preset(preset).within(0.1, ErrorCheck::Sampled);
         options.tolerance.decimate = false;
         let result = simplify(&plates, &options).unwrap();
@@ -173,7 +173,7 @@ fn trap_6_moving_or_scaling_the_mesh_changes_nothing() {
             for scale in [1e-6, 1e6] {
                 assert_eq!(sequence(&moved(&original, |p| scale * p)), expected, "{preset}");
             }
-            // Rounded as they are there, the positions are the same at both places.
+            // The positions are rounded after the shift, so they are the same at both places.
             let shift = DVec3::new(1e6, -1e6, 1e6);
             let there = moved(&original, |p| p + shift);
             let here = moved(&there, |p| p - shift);
@@ -206,7 +206,7 @@ fn trap_7_closed_components_end_as_tetrahedra() {
     assert!(kept.rejections.of(Rejection::Component) > 0);
 }
 
-/// First the edges between certain vertices, then those to vertices before, then the rest.
+/// Prefers the edges inside a range of vertices, then edges to earlier vertices, then the rest.
 struct Prefer(std::ops::Range<u32>);
 
 impl Policy for Prefer {}
@@ -224,8 +224,8 @@ impl Cost for Prefer {
 
 #[test]
 fn trap_8_a_refused_edge_is_tried_again() {
-    // A tower of triangles: the middle one is no face, so its edges fail the link condition until
-    // the lower half of the tower has gone.
+    // A tower of triangles. The middle triangle is not a face, so its edges fail the link condition until the lower
+    // half of the tower is gone.
     let levels = 9_u32;
     let mut points: Vec<[f64; 3]> = Vec::new();
     let mut triangles = vec![[0, 2, 1], [3 * levels - 3, 3 * levels - 2, 3 * levels - 1]];
@@ -305,7 +305,7 @@ fn trap_15_locked_vertices_and_feature_edges_stay() {
             let at = DVec3::new(pick(0), pick(1), pick(2));
             assert!(simplified.positions().contains(&at), "{preset}: no vertex at {at}");
         }
-        // Each of the twelve edges is still there from end to end: the sharp edges are as long.
+        // Each of the twelve edges is still complete: the sharp edges have the same total length.
         let topology = simplified.topology();
         let sharp = topology.edges().filter(|&e| {
             let [f, g]: [FaceId; 2] = topology.edge_faces(e).map(Option::unwrap);
@@ -361,7 +361,7 @@ fn trap_17_one_thread_and_eight_threads_give_the_same_bits() {
     }
 }
 
-/// Placements are policies: any type that implements the trait.
+/// A placement is any type that implements the trait.
 struct Quarter;
 
 impl Policy for Quarter {}

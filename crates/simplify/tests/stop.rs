@@ -12,8 +12,8 @@ use simplify::{
     StopReason, Target, collapse_edges,
 };
 
-/// One edge costs nothing, and as long as it is there all others cost too much; then those of the second of two
-/// spheres do not, which are out of reach of it.
+/// One edge costs nothing. Until it is gone, all other edges cost too much; after that, the edges of the second of two
+/// spheres do not. They are not neighbours of that edge.
 struct Unlocking(bool);
 
 /// The vertices of the first sphere.

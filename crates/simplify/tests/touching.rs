@@ -1,4 +1,4 @@
-//! Assemblies: parts that touch where their vertices share a place.
+//! Assemblies: parts that touch at vertices with equal positions.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use mesh_core::{FaceId, TriMesh};
 use mesh_shapes::polyhedra;
 use simplify::{Options, Preset, simplify};
 
-/// The parts at the places of a grid that is so wide, in one mesh that joins nothing.
+/// Copies of a part on a grid of this width, in one mesh, not connected.
 fn assembly(width: i32, part: impl Fn(DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>)) -> TriMesh {
     let place = |place: i32| {
         let [x, y, z] = [place % width, place / width % width, place / width / width];
@@ -18,7 +18,7 @@ fn assembly(width: i32, part: impl Fn(DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>)) -> 
     joined(&(0..width.pow(3)).map(place).collect::<Vec<_>>())
 }
 
-/// A box of side one whose lowest corner is at `at`, each side cut into squares and these into two.
+/// A box with side 1 and its lowest corner at `at`. Each side is cut into squares, and each square into two triangles.
 fn cut_box(at: DVec3, cells: i32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut numbers: HashMap<[i32; 3], u32> = HashMap::new();
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
@@ -44,7 +44,7 @@ fn cut_box(at: DVec3, cells: i32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (points, triangles)
 }
 
-/// A sphere of diameter one round `at`, with vertices at its six poles.
+/// A sphere of diameter 1 around `at`, with vertices at its six poles.
 fn poled_sphere(at: DVec3, cuts: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut mesh = TriMesh::from_soup(&polyhedra::octahedron()).unwrap();
     for p in mesh.positions_mut() {
@@ -63,7 +63,7 @@ fn poled_sphere(at: DVec3, cuts: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (points, mesh.topology().triangles().collect())
 }
 
-/// The faces of other parts that edges pass through, away from all sides by `margin`.
+/// The number of faces that edges of other parts pass through, at least `margin` away from their sides.
 fn piercings(mesh: &TriMesh, margin: f64) -> usize {
     let topology = mesh.topology();
     let part = topology.components().of_vertex;
@@ -88,7 +88,7 @@ fn piercings(mesh: &TriMesh, margin: f64) -> usize {
 
 #[test]
 fn boxes_side_by_side_come_to_their_target() {
-    // Turned, so that no two walls are exactly in one plane.
+    // Rotated, so that no two walls are exactly coplanar.
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
     let boxes = assembly(3, |at| {
         let (points, triangles) = cut_box(at, 5);

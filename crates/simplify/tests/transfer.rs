@@ -1,4 +1,4 @@
-//! Where the corners of a result are on the original.
+//! The positions of the corners of a result on the original.
 #![allow(clippy::unwrap_used)]
 
 use glam::{DVec2, DVec3};
@@ -12,7 +12,7 @@ use simplify::{
 /// The row of the grid along which the seam runs.
 const SEAM: u32 = 15;
 
-/// A flat grid whose inner vertices are out of line, but for those of one row.
+/// A flat grid whose inner vertices are displaced, except one row.
 fn uneven_grid(cells: u32) -> TriMesh {
     let mut random = SplitMix64::new(7);
     let mut positions = Vec::new();
@@ -36,7 +36,7 @@ fn uneven_grid(cells: u32) -> TriMesh {
     TriMesh::from_triangles(&positions, &triangles).unwrap()
 }
 
-/// Anything that is linear over a flat mesh is found again at every corner: here the position.
+/// Data that is linear over a flat mesh is reproduced at every corner. Here the data is the position.
 #[test]
 fn linear_data_is_reproduced() {
     let mesh = uneven_grid(30);
@@ -75,8 +75,9 @@ fn linear_data_is_reproduced() {
     }
 }
 
-/// A flat mesh says nothing of its texture, which turns over where faces become longer than its waves. Collapses that
-/// turn it over are rejected; in the end none has, where the texture counts, and fewer, where the cost hardly sees it.
+/// The geometry of a flat mesh does not protect its texture, which folds over when faces become longer than its waves.
+/// Collapses that fold it over are rejected. With a texture weight no face is folded at the end; if the cost hardly
+/// counts it, fewer faces are.
 #[test]
 fn faces_do_not_turn_over_in_the_texture() {
     let mesh = uneven_grid(30);
@@ -107,7 +108,7 @@ fn faces_do_not_turn_over_in_the_texture() {
     assert!(some < more && refused > 10 && never == 0, "{some} {more} {refused} {never}");
 }
 
-/// On either side of a seam the texture is linear, so that it cannot turn over, and every place is as good.
+/// On either side of a seam the texture is linear. It cannot fold over, and all positions are equally good.
 #[test]
 fn corners_at_a_seam_move_with_their_own_side() {
     let mesh = uneven_grid(30);

@@ -1,4 +1,4 @@
-//! Vertices without faces have no say.
+//! Vertices without faces have no effect.
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
@@ -6,7 +6,7 @@ use mesh_core::TriMesh;
 use mesh_shapes::{Irregular, Wave};
 use simplify::{ErrorCheck, Options, Preset, Simplified, simplify};
 
-/// A wave, and the same with a vertex far away that no face uses.
+/// A wave, and a copy with an unused vertex far away.
 fn wave_and_stray() -> [TriMesh; 2] {
     let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
     let soup = wave.irregular_mesh(24, Irregular { jitter: 0.2, seed: 4 }).unwrap();

@@ -1,9 +1,9 @@
-//! Reads a mesh, flips edges, simplifies it with a guard of its own, and saves it.
+//! Reads a mesh, flips edges, simplifies it with its own constraint, and saves it.
 use mesh_core::{Repair, TriMesh, build, glam::DVec3};
 use simplify::{EdgePatch, Constraint, Policies, Policy, Rejection, Scratch};
 use std::ops::ControlFlow;
 
-/// What lies above a height stays as it is.
+/// Edges above a height do not collapse.
 #[derive(Clone)]
 struct Above(f64);
 

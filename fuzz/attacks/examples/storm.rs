@@ -1,9 +1,9 @@
-//! `cargo run -p attacks --example storm -- [SECONDS] [ATTACK...]`: attacks with changed inputs of
-//! the corpus, on stable and without feedback.
+//! `cargo run -p attacks --example storm -- [SECONDS] [ATTACK...]`: attacks with mutated inputs of the corpus, on
+//! stable Rust and without coverage feedback.
 //!
-//! The fuzzer (`fuzz/README.md`) finds more by itself, since it sees what an input reaches. This
-//! needs nothing but what the tests are built from. The first input that breaks a promise at a place
-//! of the code is kept in `target/storm`.
+//! The fuzzer (`fuzz/README.md`) finds more, since it knows which code an input reaches. This program needs only the
+//! dependencies of the tests. The first input that breaks a promise at a given place of the code is kept in
+//! `target/storm`.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::collections::BTreeSet;
@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use attacks::{ALL, Attack};
 
-/// An attack that takes longer than this is a fault as well.
+/// An attack that takes longer than this is an error as well.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Inputs do not grow beyond this.
@@ -39,7 +39,7 @@ fn main() -> ExitCode {
     if faults == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Where a promise was broken last.
+/// The place of the last broken promise.
 static PLACE: Mutex<String> = Mutex::new(String::new());
 
 fn storm(name: &str, attack: Attack, time: Duration, kept: &Path) -> usize {
@@ -78,7 +78,7 @@ fn storm(name: &str, attack: Attack, time: Duration, kept: &Path) -> usize {
     places.len()
 }
 
-/// Ends the process, with the input kept, when an attack does not come to an end.
+/// Ends the process and keeps the input if an attack does not terminate.
 fn watch(name: &str, current: &Arc<Mutex<(Vec<u8>, Instant)>>, path: PathBuf) {
     let (name, current) = (name.to_owned(), Arc::downgrade(current));
     std::thread::spawn(move || {
@@ -113,7 +113,7 @@ fn words(name: &str) -> Vec<Vec<u8>> {
     plain.map(|word| word.replace("\\\"", "\"").replace("\\\\", "\\").into_bytes()).collect()
 }
 
-/// An input of the corpus with up to eight changes.
+/// An input of the corpus with up to eight mutations.
 fn change(corpus: &[Vec<u8>], words: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     let mut data = random.of(corpus).cloned().unwrap_or_default();
     for _ in 0..=random.below(8) {

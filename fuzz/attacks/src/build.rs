@@ -5,9 +5,9 @@ use mesh_core::{Built, PolygonSoup, Repair, Weld, build, diagnose};
 
 use crate::shape::{assert_sound, soup};
 
-/// Builds a mesh, which is sound and agrees with the report, or is refused for a reason.
+/// Builds a mesh. It must be valid and agree with the report, or the refusal must have a reason.
 pub fn attack(data: &[u8]) {
-    // Too few bytes are no mistake.
+    // Too few bytes are not an error.
     let _ = run(&mut Unstructured::new(data));
 }
 
@@ -68,7 +68,7 @@ fn check(soup: &PolygonSoup, built: &Built) {
         let range = soup.corner_range(face as usize);
         assert!(corners.iter().all(|&corner| range.contains(&(corner as usize))));
     }
-    // What was built needs no more repair.
+    // A built mesh needs no more repair.
     let triangles: Vec<[u32; 3]> = topology.triangles().collect();
     let whole = PolygonSoup::from_triangles(mesh.positions(), &triangles).expect("it is small");
     let found = diagnose(&whole).expect("it is small");

@@ -1,4 +1,4 @@
-//! Distances between surfaces: samples, bounds, and what a plain search finds.
+//! Distances between surfaces: samples, bounds, and a brute-force search.
 
 use arbitrary::{Result, Unstructured};
 use glam::DVec3;
@@ -7,13 +7,12 @@ use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bo
 
 use crate::shape::point;
 
-/// What an exact distance may be off by; coordinates are small.
+/// Largest error of an exact distance; coordinates are small.
 const ROUNDING: f64 = 1e-12;
 
-/// Compares two surfaces: samples and bounds agree with each other and with a search of all
-/// triangles.
+/// Compares two surfaces: samples and bounds must agree with each other and with a search of all triangles.
 pub fn attack(data: &[u8]) {
-    // Too few bytes are no mistake.
+    // Too few bytes are not an error.
     let _ = run(&mut Unstructured::new(data));
 }
 
@@ -38,7 +37,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
             assert!(distance <= bounds.upper + ROUNDING, "{point} is {distance} away: {bounds:?}");
         }
     }
-    // The point that proves the lower bound does so; it lies on one of the two.
+    // The point of the lower bound must prove it; the point lies on one of the two surfaces.
     let proof = search(bounds.at, &of_a).max(search(bounds.at, &of_b));
     assert!(bounds.lower <= proof + ROUNDING, "{} is {proof} away: {bounds:?}", bounds.at);
     let place = point(u)?;
@@ -66,8 +65,7 @@ fn surface(u: &mut Unstructured<'_>) -> Result<Made> {
     Ok((Surface::from_triangles(soup.positions(), &triangles), corners))
 }
 
-/// The distance of a point from triangles: the least of those from their planes, where the foot
-/// lies inside, and from their sides.
+/// The distance of a point from triangles: the minimum over the planes where the foot lies inside, and over the sides.
 fn search(point: DVec3, triangles: &[[DVec3; 3]]) -> f64 {
     triangles.iter().map(|triangle| to_triangle(point, *triangle)).fold(f64::INFINITY, f64::min)
 }

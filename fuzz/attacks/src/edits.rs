@@ -1,4 +1,4 @@
-//! Programs of edits, each checked before and validated after.
+//! Sequences of edits, each checked before and validated after.
 
 use arbitrary::{Result, Unstructured};
 use mesh_core::{EdgeId, FaceTree, TriMesh};
@@ -7,7 +7,7 @@ use crate::shape::{assert_sound, mesh, point};
 
 /// Flips, collapses, splits and compactions in any order.
 pub fn attack(data: &[u8]) {
-    // Too few bytes are no mistake.
+    // Too few bytes are not an error.
     let _ = run(&mut Unstructured::new(data));
 }
 
@@ -49,7 +49,7 @@ impl Counts {
     }
 }
 
-/// One edit, if it is allowed; whether handles have changed.
+/// One edit, if it is allowed; returns whether handles have changed.
 fn edit(u: &mut Unstructured<'_>, mesh: &mut TriMesh, tree: &mut FaceTree) -> Result<bool> {
     let topology = mesh.topology();
     let operation = u.int_in_range(0..=8)?;

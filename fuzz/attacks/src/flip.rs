@@ -10,9 +10,9 @@ use mesh_core::{TriMesh, VertexId};
 
 use crate::shape::{assert_sound, mesh};
 
-/// Optimises a mesh, whose vertices and boundary stay and whose cost does not rise.
+/// Optimises a mesh. Vertices and boundary must stay and the cost must not rise.
 pub fn attack(data: &[u8]) {
-    // Too few bytes are no mistake.
+    // Too few bytes are not an error.
     let _ = run(&mut Unstructured::new(data));
 }
 
@@ -36,7 +36,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
         Ok(report) => {
             let [old, new] = [report.cost_before, report.cost_after];
             assert!(!old.is_nan() && !new.is_nan(), "{cost}: {old} -> {new}");
-            // Sums that run in another order differ in the last digits.
+            // Sums in another order differ in the last digits.
             let rounding = 1e-9 * (1.0 + old.abs());
             let is_promised = cost.is_potential() && options.update == Update::Exact;
             assert!(!is_promised || new <= old + rounding, "{cost}: {old} -> {new}");

@@ -7,10 +7,10 @@ use mesh_core::TriMesh;
 
 use crate::shape::mesh;
 
-/// Curvature at vertices and faces, one patch, and a cover: everything that is returned is finite,
-/// and within the tolerance.
+/// Curvature at vertices and faces, one patch, and a cover: all returned values must be finite, and within the
+/// tolerance.
 pub fn attack(data: &[u8]) {
-    // Too few bytes are no mistake.
+    // Too few bytes are not an error.
     let _ = run(&mut Unstructured::new(data));
 }
 
@@ -56,7 +56,7 @@ fn of_vertices(mesh: &TriMesh, area: VertexArea) {
     let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count() as f64;
     let euler = used - topology.edge_count() as f64 + topology.face_count() as f64;
     let has_area = topology.faces().all(|face| !has_zero_area(mesh.triangle(face)));
-    // Gauss and Bonnet; angles of a face without area do not add up to half a turn.
+    // Gauss-Bonnet theorem; the angles of a face without area do not add up to half a turn.
     let expected = 2.0 * core::f64::consts::PI * euler;
     let found = totals.gaussian.value();
     assert!(!has_area || (found - expected).abs() < 1e-9 * (1.0 + used), "{found}, not {expected}");

@@ -1,4 +1,4 @@
-//! Files of every format: read, or refused with a message that a terminal can show.
+//! Files of every format: read, or refused with a message that is safe for a terminal.
 
 use std::io::Read;
 
@@ -29,7 +29,7 @@ pub fn gltf(data: &[u8]) {
     attack(data, if data.starts_with(b"glTF") { Format::Glb } else { Format::Gltf });
 }
 
-/// Files up to this size are also read a few bytes at a time.
+/// Files up to this size are also read in pieces of a few bytes.
 const SMALL: usize = 600;
 
 fn attack(data: &[u8], format: Format) {
@@ -50,8 +50,7 @@ fn read(reader: &mut dyn Read, format: Format, size: usize) -> Result<Model, Rea
     mesh_io::read_from(reader, &options)
 }
 
-/// A model that came from a file fits together, is not larger than the file can be the reason for,
-/// and can be written.
+/// A model read from a file must be consistent, not larger than the file justifies, and writable.
 fn accept(model: &Model, size: usize, format: Format) {
     model.check().expect("what is read fits together, save for faces that name no vertex");
     model.notes.iter().for_each(|note| is_printable(note));
@@ -64,7 +63,7 @@ fn accept(model: &Model, size: usize, format: Format) {
         return;
     }
     for format in Format::ALL.iter().copied() {
-        // Some formats cannot hold some models; then they say so.
+        // Some formats cannot store some models; then they return an error.
         if let Err(error) =
             mesh_io::write_to(&mut std::io::sink(), model, format, &WriteOptions::default())
         {
@@ -73,12 +72,12 @@ fn accept(model: &Model, size: usize, format: Format) {
     }
 }
 
-/// No control characters, which would speak to the terminal.
+/// No control characters, which could affect the terminal.
 fn is_printable(text: &str) {
     assert!(!text.contains(char::is_control), "a message holds control characters: {text:?}");
 }
 
-/// Hands out one to seven bytes at a time.
+/// Returns one to seven bytes per call.
 struct Slow<'a>(&'a [u8]);
 
 impl Read for Slow<'_> {

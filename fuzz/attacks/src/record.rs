@@ -1,4 +1,4 @@
-//! Records of collapses from arbitrary bytes, and from good ones with some bytes changed.
+//! Records of collapses from arbitrary bytes, and from valid records with some bytes changed.
 
 use std::sync::OnceLock;
 
@@ -8,8 +8,8 @@ use simplify::{CollapseLog, Options, Preset, simplify};
 
 use crate::shape::assert_sound;
 
-/// Reads a record and makes levels of it. The first byte tells whether the others are the record,
-/// or pairs of a place, in two bytes, and a byte to put there.
+/// Reads a record and makes levels from it. The first byte tells whether the other bytes are the record, or pairs of a
+/// position, in two bytes, and a new byte for it.
 pub fn attack(data: &[u8]) {
     let Some((&kind, rest)) = data.split_first() else { return };
     let (mesh, good) = good();
@@ -29,7 +29,7 @@ pub fn attack(data: &[u8]) {
 
 fn levels(mesh: &TriMesh, log: &CollapseLog) {
     for count in [0, 1, log.len() / 2, log.len(), log.count_for_faces(20)] {
-        // A collapse that does not fit is refused.
+        // A collapse that is not legal is refused.
         if let Ok((level, became)) = log.level(mesh, count) {
             assert_sound(&level);
             for vertex in became.as_slice().iter().flatten() {

@@ -7,11 +7,11 @@ use mesh_io::{
     write_to,
 };
 
-/// Writes a model with every attribute, names of any kind and any numbers, and reads it again: what
-/// the format holds is as it was.
+/// Writes a model with every attribute, names of any kind and any numbers, and reads it again: all content that the
+/// format supports must be unchanged.
 pub fn attack(data: &[u8]) {
     let mut u = Unstructured::new(data);
-    // Too few bytes are no mistake.
+    // Too few bytes are not an error.
     let Ok(model) = model(&mut u) else { return };
     model.check().expect("the model fits together");
     let encodings = [
@@ -41,7 +41,7 @@ pub fn attack(data: &[u8]) {
     }
 }
 
-/// Whether every format can hold a position.
+/// Whether every format can store a position.
 fn fits(position: DVec3) -> bool {
     position.to_array().iter().all(|x| (*x as f32).is_finite())
 }
@@ -84,7 +84,7 @@ fn check(model: &Model, bytes: &[u8], format: Format, encoding: Encoding) {
     }
 }
 
-/// Equal, or both not a number. The sign of zero does not matter.
+/// Equal, or both NaN. The sign of zero does not matter.
 fn same(a: f64, b: f64) -> bool {
     a == b || a.is_nan() && b.is_nan()
 }
@@ -136,7 +136,7 @@ fn model(u: &mut Unstructured<'_>) -> Result<Model> {
     Ok(model)
 }
 
-/// Mostly small numbers, some of any size, and some that are none.
+/// Mostly small numbers, some of any size, and some NaN or infinite.
 fn coordinate(u: &mut Unstructured<'_>) -> Result<f64> {
     Ok(match u.int_in_range(0..=9)? {
         0 => u.arbitrary()?,
@@ -146,7 +146,7 @@ fn coordinate(u: &mut Unstructured<'_>) -> Result<f64> {
     })
 }
 
-/// Any text, up to a few letters.
+/// Any text of a few letters.
 fn name(u: &mut Unstructured<'_>) -> Result<String> {
     let length = u.int_in_range(0..=12)?;
     let bytes = u.bytes(length.min(u.len()))?;

@@ -1,14 +1,14 @@
-//! Small meshes with vertices at small whole numbers, made of bytes.
+//! Small meshes with vertices at small integer coordinates, made from bytes.
 
 use arbitrary::{Result, Unstructured};
 use glam::DVec3;
 use mesh_core::{PolygonSoup, Repair, TriMesh, Weld, build};
 use mesh_shapes::{Sphere, Torus};
 
-/// Coordinates go from minus this to this.
+/// The largest absolute coordinate.
 const REACH: i32 = 4;
 
-/// A point of the lattice of whole numbers.
+/// A point with integer coordinates.
 ///
 /// # Errors
 /// There are not enough bytes.
@@ -17,7 +17,7 @@ pub fn point(u: &mut Unstructured<'_>) -> Result<DVec3> {
     Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?))
 }
 
-/// Polygons without any order: up to `limit` vertices and faces.
+/// Arbitrary polygons: up to `limit` vertices and faces.
 ///
 /// # Errors
 /// There are not enough bytes.
@@ -31,7 +31,7 @@ pub fn soup(u: &mut Unstructured<'_>, limit: usize) -> Result<PolygonSoup> {
         let corners = u.int_in_range(0..=15)?;
         // Mostly triangles; a few faces with too few corners, or with many.
         let corners = if corners > 8 { 3 } else { corners };
-        // One vertex too many, which is not there.
+        // The largest index is out of range.
         let face: Result<Vec<u32>> = (0..corners).map(|_| u.int_in_range(0..=vertices)).collect();
         let face = face?;
         let is_whole = !u.ratio(15, 16)? || face.iter().all(|&vertex| vertex < vertices);
@@ -43,8 +43,8 @@ pub fn soup(u: &mut Unstructured<'_>, limit: usize) -> Result<PolygonSoup> {
     Ok(soup)
 }
 
-/// A mesh: a patch of a lattice, a sphere or a torus, rounded to whole numbers, with some vertices
-/// elsewhere and some faces missing; or what repairs make of a soup.
+/// A mesh: a patch of a lattice, a sphere or a torus, rounded to integers, with some vertices moved and some faces
+/// missing; or a repaired soup.
 ///
 /// # Errors
 /// There are not enough bytes.
@@ -73,7 +73,7 @@ pub fn mesh(u: &mut Unstructured<'_>) -> Result<TriMesh> {
         }
     }
     let mut repair = Repair::lenient();
-    // Coincidences stay, and so do vertices without faces.
+    // Keeps coincident vertices and vertices without faces.
     if u.ratio(3, 4)? {
         repair.weld = Weld::None;
     }
@@ -113,7 +113,7 @@ fn height_field(u: &mut Unstructured<'_>) -> Result<PolygonSoup> {
     Ok(soup)
 }
 
-/// The mesh is sound, and all its vertices are somewhere.
+/// Checks that the mesh is valid and all its positions are finite.
 pub fn assert_sound(mesh: &TriMesh) {
     mesh.topology().validate().expect("the mesh keeps its invariants");
     let stray = mesh.topology().vertices().find(|&v| !mesh.position(v).is_finite());

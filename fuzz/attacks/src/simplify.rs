@@ -12,9 +12,9 @@ use simplify::{
 
 use crate::shape::{assert_sound, mesh};
 
-/// Simplifies a mesh: the result is sound, and keeps what the options promise.
+/// Simplifies a mesh: the result must be valid, and satisfy the options.
 pub fn attack(data: &[u8]) {
-    // Too few bytes are no mistake.
+    // Too few bytes are not an error.
     let _ = run(&mut Unstructured::new(data));
 }
 
@@ -36,7 +36,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
 
 fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
     let mut options = Options::preset(*u.choose(Preset::ALL)?);
-    // The presets, but on a small scale.
+    // The presets, with smaller parameters.
     let Tuning { fit, anneal, max_error } = &mut options.refine.tuning;
     *fit = FitOptions { rounds: fit.rounds.min(2), samples_per_face: 4, ..*fit };
     *anneal = AnnealOptions { starts: 3, rounds: 2, samples_per_face: 4, ..*anneal };
@@ -63,7 +63,7 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
         ])?;
     }
     let mut check = *u.choose(&[None, Some(ErrorCheck::Sampled), Some(ErrorCheck::Certified)])?;
-    // As many samples as for a large mesh take longer than all the rest.
+    // The number of samples for a large mesh would dominate the time.
     if check == Some(ErrorCheck::Sampled) && !u.ratio(1, 16)? {
         check = Some(ErrorCheck::Certified);
     }
@@ -90,7 +90,7 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
         options.attributes.corners = attributes.ok();
     }
     if let Some(distance) = distance {
-        // Now and then what does not go together.
+        // Sometimes incompatible options.
         if u.ratio(1, 8)? {
             options.tolerance.distance = Some(distance);
             options.tolerance.decimate = u.arbitrary()?;
@@ -117,7 +117,7 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
         let target = options.target.faces.unwrap_or(0).max(ratio);
         assert!(new.face_count() <= target, "{} faces, not {target}", new.face_count());
     }
-    // The log belongs to the mesh, whatever became of it afterwards.
+    // The log must fit the mesh, even if the result was changed afterwards.
     let replayed = result.log.replay(mesh, result.log.len()).expect("the log fits the mesh");
     replayed.topology().validate().expect("a replay keeps the invariants");
     if options.protect.boundary == Boundary::Lock {

@@ -1,4 +1,4 @@
-//! Work folders of meshes larger than memory, with files that were changed.
+//! Work folders of meshes larger than memory, with changed files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,9 +10,9 @@ use sha2::{Digest, Sha256};
 use simplify::{Options, Preset};
 use tempfile::TempDir;
 
-/// Changes a file of a finished run and runs it again. The first byte selects the file, the second one whether a
-/// checksum that fits is put at its end; then follow pairs of a place, in two bytes, and a byte to put there. A second
-/// byte above 127 has the rest be the whole file.
+/// Changes a file of a finished run and runs it again. The first byte selects the file. The second one tells whether a
+/// valid checksum is put at its end. Then follow pairs of a position, in two bytes, and a new byte for it. If the
+/// second byte is above 127, the remaining bytes are the whole file.
 pub fn attack(data: &[u8]) {
     let &[which, kind, ref changes @ ..] = data else { return };
     let good = good();
@@ -73,7 +73,7 @@ fn good() -> &'static Good {
     })
 }
 
-/// Opens a work folder, and does what is left to do.
+/// Opens a work folder, and finishes the run.
 fn again(work: &Path) -> Result<Vec<[u64; 3]>, Error> {
     let work = Work::open(work)?;
     work.current()?;
@@ -100,7 +100,7 @@ fn waves(n: usize) -> String {
     text
 }
 
-/// Puts the checksum of a file at its end: of a record before the last three bytes, in digits.
+/// Puts the checksum of a file at its end; in a record it is written in digits before the last three bytes.
 fn seal(name: &Path, bytes: &mut Vec<u8>) {
     if name.extension().is_some_and(|extension| extension == "json") {
         let Some(start) = bytes.len().checked_sub(67) else { return };

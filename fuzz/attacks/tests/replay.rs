@@ -1,5 +1,4 @@
-//! Every attack with the bytes that are kept for it: what the fuzzer has found, and what it starts
-//! from.
+//! Runs every attack with its stored bytes: the findings and the seeds of the fuzzer.
 
 use std::panic::catch_unwind;
 use std::path::Path;

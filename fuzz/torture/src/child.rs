@@ -1,4 +1,4 @@
-//! One process under limits.
+//! Runs one process under limits.
 
 use std::fs::File;
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use wait4::Wait4;
 
-/// What a process may take.
+/// The limits of a process.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// Processor time, user and system.
@@ -17,7 +17,7 @@ pub(super) struct Limits {
     pub(super) address_space: u64,
 }
 
-/// How many times its processor time a process may be there: it shares the machine with others.
+/// Largest ratio of wall-clock time to processor time: the machine is shared with other processes.
 const PATIENCE: u32 = 5;
 
 /// How a process ended.
@@ -25,11 +25,11 @@ const PATIENCE: u32 = 5;
 pub(super) enum End {
     Exit(i32),
     Signal(i32),
-    /// It ran out of processor time, or waited for something that does not come.
+    /// It ran out of processor time, or waited forever.
     OutOfTime,
 }
 
-/// What is known of a process that has ended.
+/// The result of a process.
 #[derive(Debug)]
 pub(super) struct Ended {
     pub(super) end: End,
@@ -91,8 +91,8 @@ pub(super) fn run(
     })
 }
 
-/// The largest resident set of a process so far. What it leaves behind when it ends says no less than the
-/// largest one of the process that has started it.
+/// The largest resident set of a process so far. The value available after its end is at least the largest one of its
+/// parent process.
 fn high_water(process: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,25 +1,25 @@
-//! What a file holds, as far as it is checked.
+//! The content of a file that is checked.
 
-/// Why a file is not what it should be.
+/// The reason why a file is invalid.
 pub(super) type Complaint = Box<dyn std::error::Error + Send + Sync>;
 
 /// Positions and polygons of a file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Content {
     pub(super) positions: Vec<[f64; 3]>,
-    /// The vertices of all faces, one face after the other.
+    /// The vertices of all faces, face after face.
     corners: Vec<u32>,
-    /// Where in `corners` each face ends.
+    /// The end of each face in `corners`.
     ends: Vec<usize>,
-    /// The first number that is not finite and no coordinate, by the name of what it is.
+    /// The first number that is not finite and not a coordinate, with its name.
     pub(super) not_finite: Option<String>,
-    /// Whether a vertex of the file is a vertex of the mesh: not so where a format splits vertices,
-    /// or stores every triangle by itself.
+    /// Whether vertices of the file are vertices of the mesh. This is not so in formats that split vertices or store
+    /// every triangle separately.
     pub(super) is_indexed: bool,
 }
 
 impl Content {
-    /// Nothing yet, of a file whose faces name its vertices.
+    /// Empty content of a file with indexed faces.
     pub(super) fn indexed() -> Self {
         Self { is_indexed: true, ..Self::default() }
     }
@@ -30,7 +30,7 @@ impl Content {
         self.ends.push(self.corners.len());
     }
 
-    /// Notes a number other than a coordinate.
+    /// Records a number other than a coordinate.
     pub(super) fn see(&mut self, what: &str, number: f64) {
         if !number.is_finite() && self.not_finite.is_none() {
             self.not_finite = Some(format!("{what} {number}"));
@@ -46,12 +46,12 @@ impl Content {
         starts.zip(&self.ends).map(|(start, &end)| self.corners.get(start..end).unwrap_or_default())
     }
 
-    /// The triangles, if there is nothing else.
+    /// The triangles, if there are no other faces.
     pub(super) fn triangles(&self) -> Option<Vec<[u32; 3]>> {
         self.faces().map(|face| face.try_into().ok()).collect()
     }
 
-    /// The first index that names no vertex, with its face.
+    /// The first index out of range, with its face.
     pub(super) fn out_of_range(&self) -> Option<(usize, u32)> {
         let is_missing = |&vertex: &u32| vertex as usize >= self.positions.len();
         let missing = |face: &[u32]| face.iter().copied().find(is_missing);

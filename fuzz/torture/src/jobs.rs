@@ -1,54 +1,54 @@
-//! What is done with every file: all commands, with usual options and with extreme ones.
+//! The jobs run on every file: all commands, with usual and with extreme options.
 
 use serde_json::Value;
 
-/// One or more runs of the program, and what they write.
+/// One or more runs of the program, and their outputs.
 #[derive(Clone, Debug)]
 pub(super) struct Job {
-    /// The command, and what is special about it.
+    /// The command and its variant.
     pub(super) name: String,
-    /// The command lines, one after the other. In them stand `{in}` for the file, `{out}` for an
-    /// empty folder, and `{len:X}` for X times the diagonal of the bounding box.
+    /// The command lines, in order. `{in}` stands for the file, `{out}` for an empty folder, and `{len:X}` for X times
+    /// the diagonal of the bounding box.
     pub(super) steps: Vec<String>,
-    /// What there is afterwards.
+    /// The expected outputs.
     pub(super) outputs: Vec<Output>,
-    /// What must hold of the report of the last step.
+    /// A condition on the report of the last step.
     pub(super) claim: Option<Claim>,
-    /// Whether it is run once more, with two threads, which must not change the outputs.
+    /// Whether it is run again with two threads, which must not change the outputs.
     pub(super) is_repeated: bool,
-    /// Whether it is slow by its nature.
+    /// Whether it is inherently slow.
     pub(super) takes_long: bool,
-    /// Whether it asks for what there is not, so that it may be called wrong usage (exit 2).
+    /// Whether it asks for something that does not exist, so that a usage error (exit 2) is allowed.
     pub(super) is_misuse: bool,
 }
 
 /// A file that a job writes.
 #[derive(Clone, Debug)]
 pub(super) struct Output {
-    /// Its name in the folder; `{stem}` is that of the input without extension.
+    /// Its name in the folder; `{stem}` is the name of the input without extension.
     pub(super) file: String,
-    /// How many faces it holds.
+    /// Its number of faces.
     pub(super) faces: Faces,
-    /// Whether it went through `build`, and is an oriented 2-manifold of triangles.
+    /// Whether it was built by `build`, and is an oriented 2-manifold of triangles.
     pub(super) is_built: bool,
 }
 
 /// The number of faces of an output.
 #[derive(Clone, Debug)]
 pub(super) enum Faces {
-    /// What the report says at this place.
+    /// The number in the report at this place.
     Reported(&'static str),
     /// The input and all levels together.
     AllLevels,
-    /// The report does not say.
+    /// The report does not contain it.
     Any,
-    /// It is no mesh but JSON.
+    /// The file is not a mesh but JSON.
     Json,
-    /// It is read by a later step only.
+    /// The file is read only by a later step.
     Opaque,
 }
 
-/// Something that a report must not contradict, given the diagonal of the input.
+/// A condition on a report, given the diagonal of the input.
 pub(super) type Claim = fn(&Value, f64) -> Result<(), String>;
 
 impl Job {
@@ -64,13 +64,13 @@ impl Job {
         }
     }
 
-    /// With a step before the others.
+    /// The job with a step before the others.
     fn after(mut self, step: &str) -> Self {
         self.steps.insert(0, step.to_owned());
         self
     }
 
-    /// With a mesh that has been built.
+    /// The job with an output that was built.
     fn builds(self, file: &str, faces: Faces) -> Self {
         self.writes(file, faces, true)
     }
@@ -98,12 +98,12 @@ impl Job {
     }
 }
 
-/// The command that tells what a file is.
+/// The command that describes a file.
 pub(super) fn info() -> Job {
     Job::new("info", "", "")
 }
 
-/// Everything but [`info`].
+/// All jobs except [`info`].
 pub(super) fn all() -> Vec<Job> {
     let groups = [
         more_info(),
@@ -360,7 +360,7 @@ fn number(report: &Value, place: &str) -> Result<f64, String> {
 
 fn cost_goes_down(report: &Value, _: f64) -> Result<(), String> {
     let [before, after] = [number(report, "/cost_before")?, number(report, "/cost_after")?];
-    // Sums that run in another order differ in the last digits.
+    // Sums in another order differ in the last digits.
     if after <= before + 1e-9 * before.abs() {
         return Ok(());
     }

@@ -1,4 +1,4 @@
-//! Runs a job, and tells whether what it did is what it may do.
+//! Runs a job and checks its results.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use super::manifold::Counts;
 use super::readers;
 use super::record::Record;
 
-/// A file, and what `info` says of it.
+/// A file and its report by `info`.
 pub(super) struct Subject {
     pub(super) name: String,
     path: PathBuf,
@@ -32,17 +32,17 @@ impl Subject {
     }
 }
 
-/// The program, where it works, and what it may take.
+/// The program, its work folder and its limits.
 pub(super) struct Trial<'a> {
     pub(super) program: &'a Path,
     pub(super) work: &'a Path,
     pub(super) limits: Limits,
 }
 
-/// How much more processor time jobs may take that are slow by their nature.
+/// Factor on the processor time of inherently slow jobs.
 const LONG: u32 = 10;
 
-/// What has come of a job so far.
+/// The results of a job so far.
 #[derive(Default)]
 struct Course {
     exit: Option<i32>,
@@ -54,7 +54,7 @@ struct Course {
 }
 
 impl Trial<'_> {
-    /// Runs `info` on a file, and compares what it counts with what another reader counts.
+    /// Runs `info` on a file, and compares its counts with the counts of another reader.
     pub(super) fn subject(&self, name: &str, path: &Path, bytes: u64) -> (Subject, Record) {
         let mut subject = Subject {
             name: name.to_owned(),
@@ -108,7 +108,7 @@ impl Trial<'_> {
         if job.is_repeated { self.repeat(subject, job, folder) } else { Ok(()) }
     }
 
-    /// Runs the steps of a job until one does not end with exit 0. There is a report if all did.
+    /// Runs the steps of a job until one does not end with exit 0. Returns a report if all did.
     fn steps(
         &self,
         subject: &Subject,
@@ -156,7 +156,7 @@ impl Trial<'_> {
         Ok(())
     }
 
-    /// Runs the job once more with two threads and compares the outputs.
+    /// Runs the job again with two threads and compares the outputs.
     fn repeat(&self, subject: &Subject, job: &Job, folder: &Path) -> Result<(), String> {
         let again = folder.join("again");
         self.steps(subject, job, &again, 2, &mut Course::default())?;
@@ -187,7 +187,7 @@ fn arguments(step: &str, subject: &Subject, out: &Path, threads: usize) -> Vec<S
     step.split(' ').filter(|word| !word.is_empty()).map(fill).chain(common).collect()
 }
 
-/// The factor of the first `{len:FACTOR}`, and what stands before and after.
+/// The factor of the first `{len:FACTOR}`, and the text before and after it.
 fn length(word: &str) -> Option<(String, f64, String)> {
     let (before, rest) = word.split_once("{len:")?;
     let (factor, after) = rest.split_once('}')?;
@@ -212,7 +212,7 @@ fn parse(stdout: &str) -> Result<Value, String> {
     }
 }
 
-/// A refusal says why: on stderr for people, and as an object on stdout for programs.
+/// A refusal must have a reason: on stderr as text, and on stdout as JSON.
 fn explains(ended: &Ended, code: i32) -> Result<String, String> {
     let message = ended.stderr.lines().find_map(|line| line.strip_prefix("error: "));
     let message = message.ok_or("refused without a word")?;
@@ -241,7 +241,7 @@ fn last_words(stderr: &str) -> String {
     }
 }
 
-/// After a refusal none of the outputs of the last step may be there.
+/// After a refusal, no output of the last step may exist.
 fn nothing_is_left(out: &Path, job: &Job) -> Result<(), String> {
     hidden_files(out)?;
     let is_early = |name: &str| {
@@ -254,7 +254,7 @@ fn nothing_is_left(out: &Path, job: &Job) -> Result<(), String> {
     }
 }
 
-/// Files that are being written are hidden, and gone afterwards.
+/// Files being written are hidden, and must not exist afterwards.
 fn hidden_files(out: &Path) -> Result<(), String> {
     match names(out)?.into_iter().find(|name| name.starts_with('.') || name.contains(".tmp")) {
         Some(name) => Err(format!("left {name} behind")),
@@ -270,7 +270,7 @@ fn names(folder: &Path) -> Result<Vec<String>, String> {
     entries.map(name).collect::<Result<_, _>>().map_err(|error| error.to_string())
 }
 
-/// Whether a file holds what the report says; the number of its faces.
+/// Checks that a file agrees with the report; returns its number of faces.
 fn check_output(
     path: &Path,
     output: &Output,
@@ -289,7 +289,7 @@ fn check_output(
     if let Some((face, vertex)) = content.out_of_range() {
         return Err(format!("face {face} has vertex {vertex} of {}", content.positions.len()));
     }
-    // What is written as it was read may hold what the input holds.
+    // An output that was not built may have the defects of the input.
     if output.is_built || subject.count("non_finite_vertices") == 0 {
         if let Some(vertex) = content.not_finite_vertex() {
             return Err(format!("vertex {vertex} is at {:?}", content.positions[vertex]));
@@ -331,7 +331,7 @@ fn check_count(
         Faces::Any | Faces::Json | Faces::Opaque => return Ok(()),
     };
     let found = content.face_count() as u64;
-    // Formats of triangles cut what is larger, and leave out what is smaller.
+    // Triangle formats cut larger faces, and omit smaller ones.
     let are_cut = !content.is_indexed
         && !output.is_built
         && subject.count("quadrilaterals") + subject.count("larger_polygons") > 0;
@@ -341,7 +341,7 @@ fn check_count(
     Err(format!("{found} faces, but {reported} are reported"))
 }
 
-/// Whether `info` counts what another reader finds in the file, as far as that can read it.
+/// Checks that `info` counts the same as another reader, if that can read the file.
 fn agrees(info: &Value, path: &Path) -> Result<(), String> {
     let Ok(content) = readers::read(path) else {
         return Ok(());
@@ -358,7 +358,7 @@ fn agrees(info: &Value, path: &Path) -> Result<(), String> {
         // Nodes may show a mesh several times, or not at all.
         return Ok(());
     }
-    // Counts are of triangles, save for those of polygons by their corners.
+    // Counts are of triangles, except the counts of polygons by corners.
     let corners =
         |wanted: fn(usize) -> bool| content.faces().filter(|face| wanted(face.len())).count();
     check("triangles", corners(|count| count == 3))?;
@@ -380,7 +380,7 @@ fn agrees(info: &Value, path: &Path) -> Result<(), String> {
     check("non_manifold_vertices", counts.pinched)
 }
 
-/// The record of a job. What a faulty one wrote stays for whoever looks into it.
+/// The record of a job. The outputs of a faulty job are kept for inspection.
 fn record(
     subject: &Subject,
     job: &Job,
@@ -389,7 +389,7 @@ fn record(
     judged: Result<(), String>,
 ) -> Record {
     if judged.is_ok() {
-        // Nobody needs it; if it cannot be removed, nobody minds.
+        // The folder is no longer needed; errors of removing it are ignored.
         let _ = std::fs::remove_dir_all(folder);
     }
     Record {

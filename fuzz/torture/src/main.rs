@@ -2,11 +2,10 @@
 //!
 //! This is a program, so unlike the libraries it prints.
 //!
-//! A run is a process of the built program with a limit of time and memory ([`child`]). What it
-//! writes is read again by [readers] that share no code with `mesh-io`, and held against what the
-//! program reported ([`judge`]). A run may end well (exit 0), or refuse the file (3) or the mesh (4)
-//! with a message; anything else is a fault, and so is an output that does not hold what the report
-//! says. [`jobs`] lists the commands and their options, [`table`] shows the outcome.
+//! A run is a process of the built program with a limit of time and memory ([`child`]). Its outputs are read by
+//! [readers] that share no code with `mesh-io`, and compared with the report of the program ([`judge`]). A run may
+//! succeed (exit 0), or refuse the file (3) or the mesh (4) with a message. Anything else is a fault, and so is an
+//! output that contradicts the report. [`jobs`] lists the commands and their options, [`table`] shows the outcome.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod child;
@@ -78,7 +77,7 @@ struct Torture {
     out: PathBuf,
 }
 
-/// The size of a file that counts as small, in bytes.
+/// Largest size of a small file, in bytes.
 const SMALL: u64 = 100_000;
 
 fn main() -> ExitCode {
@@ -116,7 +115,7 @@ fn run(options: &Torture) -> Result<(), Failure> {
     }
 }
 
-/// First what the files are, by `info`, then everything else.
+/// First runs `info` on all files, then everything else.
 fn all(options: &Torture, trial: &Trial<'_>) -> Result<Vec<Record>, Failure> {
     let wanted = |name: &str, words: &[String]| {
         words.is_empty() || words.iter().any(|word| name.contains(word))
@@ -200,7 +199,7 @@ fn files(folder: &Path) -> Result<Vec<(String, PathBuf, u64)>, Failure> {
     Ok(files)
 }
 
-/// Builds the program and returns where it is.
+/// Builds the program and returns its path.
 fn build() -> Result<PathBuf, Failure> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);

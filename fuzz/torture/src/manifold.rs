@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-/// What is counted of triangles.
+/// Counts of the defects of triangles.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Counts {
     pub(super) edges: usize,
@@ -21,7 +21,7 @@ pub(super) struct Counts {
 impl Counts {
     pub(super) fn of(triangles: &[[u32; 3]], vertices: usize) -> Self {
         let mut counts = Self::default();
-        // For each edge the triangles along it: how many, and how many from the smaller vertex to
+        // For each edge, the number of triangles along it, and the number of those that run from the smaller vertex to
         // the larger.
         let mut edges: HashMap<[u32; 2], [usize; 2]> = HashMap::with_capacity(2 * triangles.len());
         let is_degenerate = |[a, b, c]: [u32; 3]| a == b || b == c || c == a;
@@ -41,7 +41,7 @@ impl Counts {
         counts
     }
 
-    /// What keeps the triangles from being an oriented 2-manifold.
+    /// The reason why the triangles are not an oriented 2-manifold.
     pub(super) fn defect(&self) -> Option<String> {
         let counts = [
             (self.degenerate, "triangles that use a vertex twice"),
@@ -54,13 +54,13 @@ impl Counts {
     }
 }
 
-/// How many vertices have triangles that do not hang together through edges at the vertex.
+/// The number of vertices whose triangles are not connected through edges at the vertex.
 fn pinched(
     triangles: &[[u32; 3]],
     vertices: usize,
     is_degenerate: impl Fn([u32; 3]) -> bool,
 ) -> usize {
-    // The edges opposite to each vertex; those of one fan form one connected piece.
+    // The edges opposite to each vertex; the edges of one fan form one connected component.
     let mut links: Vec<Vec<[u32; 2]>> = vec![Vec::new(); vertices];
     for &[a, b, c] in triangles.iter().filter(|&&triangle| !is_degenerate(triangle)) {
         for (vertex, link) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
@@ -72,7 +72,7 @@ fn pinched(
     links.iter().filter(|link| pieces(link) > 1).count()
 }
 
-/// The number of connected pieces of a graph.
+/// The number of connected components of a graph.
 fn pieces(edges: &[[u32; 2]]) -> usize {
     let mut parent: HashMap<u32, u32> = HashMap::with_capacity(edges.len());
     let mut pieces = 0;
@@ -95,7 +95,7 @@ fn root(parent: &mut HashMap<u32, u32>, mut vertex: u32) -> u32 {
         if above == vertex {
             return vertex;
         }
-        // Each step halves the way of the next search.
+        // Path halving.
         let next = parent.get(&above).copied().unwrap_or(above);
         parent.insert(vertex, next);
         vertex = next;

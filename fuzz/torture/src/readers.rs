@@ -1,7 +1,7 @@
-//! Readers that share no code with `mesh-io`, to read what it wrote.
+//! Readers that share no code with `mesh-io`, to read its output.
 //!
-//! PLY, STL and glTF by libraries of others; OBJ and OFF, as far as they are written here, in a few
-//! lines each. They refuse whatever is not as it should be.
+//! PLY, STL and glTF by third-party libraries; OBJ and OFF by a few lines each, for the content that `mesh-io` writes.
+//! They refuse everything else.
 
 mod gltf;
 mod obj;

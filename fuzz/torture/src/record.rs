@@ -1,4 +1,4 @@
-//! The outcome of a run, and the files that hold all of them.
+//! The outcome of a run, and the files of all outcomes.
 
 use std::path::{Path, PathBuf};
 
@@ -14,9 +14,9 @@ pub(super) struct Record {
     pub(super) bytes: u64,
     pub(super) command: String,
     pub(super) job: String,
-    /// The exit code of the last step that ran; nothing when it did not come to an end by itself.
+    /// The exit code of the last step; `None` if it did not exit by itself.
     pub(super) exit: Option<i32>,
-    /// What is wrong, if anything is.
+    /// The fault, if any.
     pub(super) fault: Option<String>,
     /// Processor time of all steps.
     pub(super) seconds: f64,
@@ -24,7 +24,7 @@ pub(super) struct Record {
     pub(super) peak_mib: f64,
     /// The faces of the outputs, as read by the other reader.
     pub(super) faces: Option<usize>,
-    /// What the program said when it refused.
+    /// The message of a refusal.
     pub(super) message: String,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct Record {
 const FIELDS: [&str; 10] =
     ["file", "bytes", "command", "job", "exit", "fault", "seconds", "peak_mib", "faces", "message"];
 
-/// Opens the file of outcomes, which grows as runs end, and gives those of an earlier call.
+/// Opens the file of outcomes, which is appended to as runs end, and returns the outcomes of an earlier call.
 pub(super) fn open(folder: &Path, resume: bool) -> Result<(Numbers, Vec<Record>), Failure> {
     let path = path(folder);
     if !resume && path.exists() {

@@ -1,4 +1,4 @@
-//! The outcome at a glance: a line for each file, a column for each command, and all faults.
+//! A summary: a line for each file, a column for each command, and all faults.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use comfy_table::{CellAlignment, Table, presets};
 
 use super::record::Record;
 
-/// What became of the runs of one cell.
+/// The outcomes of the runs of one cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     done: usize,

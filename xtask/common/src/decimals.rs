@@ -1,6 +1,6 @@
-//! Numbers in decimals, written for people.
+//! Decimal notation of numbers.
 
-/// A number without a printed one beside it: whole, or with six digits.
+/// A number without a printed reference: an integer, or six digits.
 pub fn plain(x: f64) -> String {
     if x.fract() == 0.0 && x.abs() < 1e15 {
         return grouped(x);
@@ -8,7 +8,7 @@ pub fn plain(x: f64) -> String {
     digits(x, 6)
 }
 
-/// A number with so many significant digits, without exponent unless it is very small or large.
+/// A number with `digits` significant digits, without exponent unless it is very small or large.
 pub fn digits(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return x.to_string();
@@ -20,7 +20,7 @@ pub fn digits(x: f64, digits: usize) -> String {
     format!("{x:.*}", (digits as i32 - 1 - magnitude).max(0) as usize)
 }
 
-/// A whole number with its thousands apart.
+/// A whole number with grouped thousands.
 fn grouped(x: f64) -> String {
     let plain = format!("{:.0}", x.abs());
     let mut text = String::new();
@@ -33,7 +33,7 @@ fn grouped(x: f64) -> String {
     if x < 0.0 { format!("-{text}") } else { text }
 }
 
-/// A number with so many decimals; without any, as short as it can be.
+/// A number with `decimals` decimals; with 0, as short as possible.
 pub fn with_decimals(x: f64, decimals: usize) -> String {
     match decimals {
         0 if x.fract() == 0.0 => grouped(x),
@@ -42,7 +42,7 @@ pub fn with_decimals(x: f64, decimals: usize) -> String {
     }
 }
 
-/// How many decimals a number has as it is written.
+/// The number of decimals of a number as printed.
 pub fn decimals_of(x: f64) -> usize {
     x.to_string().split_once('.').map_or(0, |(_, decimals)| decimals.len())
 }

@@ -1,4 +1,4 @@
-//! The errors of the programs, each with what was being done.
+//! The errors of the programs, with their context.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -6,7 +6,7 @@ use std::process::ExitCode;
 /// The source of an error that another crate reports.
 type Source = Box<dyn std::error::Error + Send + Sync>;
 
-/// An error with what was being done.
+/// An error with its context.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// A file cannot be read or parsed.
@@ -31,10 +31,10 @@ pub enum Failure {
     /// An algorithm of the libraries refused its input.
     #[error("cannot compute: {0}")]
     Compute(Source),
-    /// The program was called in a wrong way, or something that it needs is missing.
+    /// The program was called incorrectly, or something that it needs is missing.
     #[error("{0}")]
     Usage(String),
-    /// A check ran to its end and did not pass.
+    /// A check was completed and failed.
     #[error("{0}")]
     Check(String),
 }
@@ -50,14 +50,14 @@ impl Failure {
         Self::Compute(Box::new(source))
     }
 
-    /// Adds the path to an error of writing there.
+    /// Adds the path to a write error.
     pub fn writing<E: std::error::Error + Send + Sync + 'static>(
         path: &Path,
     ) -> impl FnOnce(E) -> Self + '_ {
         |source| Self::Write { path: path.to_owned(), source: Box::new(source) }
     }
 
-    /// Adds the path to an error of reading it.
+    /// Adds the path to a read error.
     pub fn reading<E: std::error::Error + Send + Sync + 'static>(
         path: &Path,
     ) -> impl FnOnce(E) -> Self + '_ {
@@ -65,7 +65,7 @@ impl Failure {
     }
 }
 
-/// The exit code of a program; prints the error, if there is one.
+/// The exit code of a program; prints the error, if any.
 #[must_use]
 pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     match result {

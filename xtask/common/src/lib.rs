@@ -1,4 +1,4 @@
-//! Parts that the programs of this repository share: `xtask`, `reproduce`, `benches` and `torture`.
+//! Modules shared by the programs of this repository: `xtask`, `reproduce`, `benches` and `torture`.
 //!
 //! These are programs, so unlike the libraries they print.
 #![allow(clippy::print_stdout, clippy::print_stderr)]

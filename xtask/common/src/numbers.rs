@@ -1,4 +1,4 @@
-//! The numbers of a study, a line each in a file: a study that was broken off goes on from there.
+//! The numbers of a study, one line each in a file. An aborted study continues from there.
 
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
@@ -7,15 +7,15 @@ use serde::Serialize;
 
 use super::failure::Failure;
 
-/// A file of numbers to add to.
+/// A file of numbers that grows.
 pub struct Numbers {
     path: PathBuf,
     writer: csv::Writer<File>,
 }
 
 impl Numbers {
-    /// Opens a file, or begins one with a header. Gives the rows of an earlier run as well; those that
-    /// `parse` makes nothing of are left out, to be computed again.
+    /// Opens a file, or creates one with a header. Also returns the rows of an earlier run; rows that `parse` rejects
+    /// are omitted, and will be computed again.
     pub fn open<R>(
         path: PathBuf,
         header: &[&str],
@@ -33,7 +33,7 @@ impl Numbers {
         Ok((numbers, rows))
     }
 
-    /// Adds a line, which is in the file when this returns.
+    /// Adds a line and flushes it.
     pub fn add(&mut self, record: &[impl AsRef<[u8]>]) -> Result<(), Failure> {
         let Self { path, writer } = self;
         writer.write_record(record).map_err(Failure::writing(path))?;

@@ -1,5 +1,5 @@
-//! Plots of curves as SVG, to be put into a page: colours and fonts come from its style sheet
-//! (classes `plot`, `curve`, `mark`, `grid`, `tick`, and `s1` to `s7` for the series).
+//! Plots of curves as SVG, for embedding in a page: colours and fonts come from its style sheet (classes `plot`,
+//! `curve`, `mark`, `grid`, `tick`, and `s1` to `s7` for the series).
 
 use maud::{Markup, html};
 use mesh_render::ticks;
@@ -15,12 +15,12 @@ pub struct Plot {
     pub series: Vec<Series>,
 }
 
-/// What an axis shows.
+/// Label and scale of an axis.
 #[derive(Clone, Debug)]
 pub struct Axis {
     /// The quantity and its unit.
     pub label: String,
-    /// Whether equal steps are equal ratios. Then all values have to be positive.
+    /// Whether the scale is logarithmic. Then all values have to be positive.
     pub log: bool,
 }
 
@@ -31,13 +31,13 @@ pub struct Series {
     pub name: String,
     /// The points, joined in this order.
     pub points: Vec<[f64; 2]>,
-    /// For curves that are not the subject, like those of peers.
+    /// For curves for comparison, such as those of other tools.
     pub dashed: bool,
 }
 
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 430.0;
-/// The style of a plot that is in no page.
+/// The style of a plot outside a page.
 const STYLE: &str = "\
     .paper { fill: #fff; } \
     text { fill: #1c2128; font: 13px system-ui, sans-serif; } .tick { fill: #59626e; font-size: 12px; } \
@@ -53,18 +53,18 @@ const LEFT: f64 = 84.0;
 const RIGHT: f64 = 20.0;
 const TOP: f64 = 16.0;
 const BOTTOM: f64 = 62.0;
-/// Height of a line of the legend, and how wide a letter of it is at most.
+/// Height of a line of the legend, and the largest width of a letter.
 const LINE: f64 = 20.0;
 const LETTER: f64 = 7.4;
 
 impl Axis {
-    /// An axis on which equal steps are equal differences.
+    /// A linear axis.
     #[must_use]
     pub fn linear(label: &str) -> Self {
         Self { label: label.into(), log: false }
     }
 
-    /// An axis on which equal steps are equal ratios.
+    /// A logarithmic axis.
     #[must_use]
     pub fn log(label: &str) -> Self {
         Self { label: label.into(), log: true }
@@ -85,7 +85,7 @@ impl Plot {
         self.markup().into_string()
     }
 
-    /// The plot as an SVG file, with a style of its own.
+    /// The plot as an SVG file with its own style.
     pub fn file(&self) -> String {
         let head = format!(
             r#"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" class="plot""#
@@ -128,7 +128,7 @@ impl Plot {
         self.series.iter().flat_map(|s| &s.points).map(move |p| p[axis])
     }
 
-    /// The names of the series, as many in a line as fit.
+    /// The names of the series, broken into lines.
     fn legend_lines(&self) -> Vec<Vec<(usize, &Series, f64)>> {
         let mut lines: Vec<Vec<(usize, &Series, f64)>> = Vec::new();
         let mut end = f64::INFINITY;
@@ -180,7 +180,7 @@ fn legend(lines: &[Vec<(usize, &Series, f64)>]) -> Markup {
     }
 }
 
-/// From values to places on the picture.
+/// Maps values to places in the picture.
 struct Scale {
     low: f64,
     high: f64,
@@ -190,7 +190,7 @@ struct Scale {
 }
 
 impl Scale {
-    /// Maps the range of the values, a little enlarged, to the places `from` to `to`.
+    /// Maps the range of the values, slightly enlarged, to the places `from` to `to`.
     fn new(axis: &Axis, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let unit = |x: f64| if axis.log { x.log10() } else { x };
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -226,7 +226,7 @@ fn round(x: f64) -> f64 {
 }
 
 fn tick_text(tick: f64) -> String {
-    // Steps of a linear axis gather rounding errors.
+    // Steps of a linear axis accumulate rounding errors.
     let rounded: f64 = format!("{tick:.6e}").parse().unwrap_or(tick);
     if rounded.abs() >= 1000.0 {
         return super::decimals::plain(rounded);

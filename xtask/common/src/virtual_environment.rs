@@ -1,4 +1,4 @@
-//! A virtual environment of Python, with packages of the index.
+//! A Python virtual environment, with packages from the index.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::process::Command;
 
 use super::failure::Failure;
 
-/// A folder with a Python of its own.
+/// A folder with its own Python.
 #[derive(Debug)]
 pub struct VirtualEnvironment {
     /// The folder of the environment.
@@ -14,7 +14,7 @@ pub struct VirtualEnvironment {
 }
 
 impl VirtualEnvironment {
-    /// Makes the environment with a Python of the system, unless it is there.
+    /// Makes the environment with a Python of the system, unless it exists.
     pub fn make(folder: &Path, python: &str) -> Result<Self, Failure> {
         let made = Self { folder: folder.to_owned() };
         if !made.program("python").exists() {
@@ -23,15 +23,15 @@ impl VirtualEnvironment {
         Ok(made)
     }
 
-    /// Installs packages that are needed.
+    /// Installs required packages.
     pub fn install(&self, packages: &[&str]) -> Result<(), Failure> {
         let mut pip = self.python();
         pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
         check(pip.args(packages))
     }
 
-    /// Installs packages, each by itself if not all can be had on this system. Prints what is left out for
-    /// each that cannot be installed.
+    /// Installs packages; one by one if they cannot all be installed on this system. Prints the consequence for each
+    /// that cannot be installed.
     pub fn install_if_there(&self, packages: &[&str], without: &str) {
         if self.install(packages).is_ok() {
             return;
@@ -49,14 +49,14 @@ impl VirtualEnvironment {
         Command::new(self.program("python"))
     }
 
-    /// Where a program of the environment is.
+    /// The path of a program of the environment.
     pub fn program(&self, name: &str) -> PathBuf {
         let folder = if cfg!(windows) { "Scripts" } else { "bin" };
         self.folder.join(folder).join(format!("{name}{}", env::consts::EXE_SUFFIX))
     }
 }
 
-/// Runs a command that has to succeed; its output goes where ours goes.
+/// Runs a command that must succeed; it inherits our output.
 pub fn check(command: &mut Command) -> Result<(), Failure> {
     let name = command.get_program().to_string_lossy().into_owned();
     let status = command.status().map_err(|source| {

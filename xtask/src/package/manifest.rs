@@ -1,4 +1,4 @@
-//! Manifests of the packed crates, written from what `cargo metadata` says of the crates here.
+//! Manifests of the packed crates, generated from the output of `cargo metadata`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 use xtask_common::Failure;
 
-/// A crate of the workspace that is to be published.
+/// A crate of the workspace to be published.
 pub(crate) struct Package {
     /// The name in this repository.
     pub(crate) name: String,
@@ -14,14 +14,14 @@ pub(crate) struct Package {
     pub(crate) published: String,
     pub(crate) version: String,
     pub(crate) folder: PathBuf,
-    /// The crates of this repository that it depends on, by their names here.
+    /// Its dependencies in this repository, by their names here.
     pub(crate) needs: Vec<String>,
     /// The text of `Cargo.toml`.
     pub(crate) manifest: String,
 }
 
 impl Package {
-    /// The page of the crate, with the name that the registry has for it.
+    /// The README of the crate, with its name in the registry.
     pub(crate) fn page(&self, text: &str) -> String {
         let (title, rest) = text.split_once('\n').unwrap_or((text, ""));
         if self.published == self.name {
@@ -105,7 +105,7 @@ fn text(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
-/// Strings and arrays of strings are written alike in JSON and TOML.
+/// Strings and arrays of strings have the same notation in JSON and TOML.
 fn manifest(package: &Value, published: &str) -> String {
     let mut manifest = format!("[package]\nname = {published:?}\n");
     let fields = [
@@ -148,7 +148,7 @@ fn manifest(package: &Value, published: &str) -> String {
     manifest
 }
 
-/// A dependency under the name that the code knows it by.
+/// A dependency under its name in the code.
 fn entry(dependency: &Value) -> String {
     let name = text(&dependency["name"]);
     let key = dependency["rename"].as_str().unwrap_or(&name);

@@ -1,4 +1,4 @@
-//! `curvmesh completions`: what the Tab key offers in a shell.
+//! `curvmesh completions`: completions for shells.
 
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};

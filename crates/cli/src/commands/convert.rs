@@ -1,4 +1,4 @@
-//! `curvmesh convert`: from one format to another, repairing as asked.
+//! `curvmesh convert`: converts between formats, with repairs if asked.
 
 use serde::Serialize;
 
@@ -67,7 +67,7 @@ fn one(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failur
     report.done(console, format!("{}: {brief}", report.subject()), brief)
 }
 
-/// A mesh that is larger than memory, straight through.
+/// Converts a mesh that is larger than memory as a stream.
 fn passing(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
     let Convert { job, streaming } = options;
     let mut seconds = Seconds::default();

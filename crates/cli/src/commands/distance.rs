@@ -1,4 +1,4 @@
-//! `curvmesh distance`: how far two surfaces are from each other.
+//! `curvmesh distance`: the distance between two surfaces.
 
 use std::path::{Path, PathBuf};
 
@@ -169,7 +169,7 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
     Ok(Outcome::Done)
 }
 
-/// Surfaces that are larger than memory.
+/// Distances between surfaces that are larger than memory.
 fn passing(options: &Distance, console: &Console) -> Result<Outcome, Failure> {
     let Distance { first, second, loading, streaming, .. } = options;
     let others = [
@@ -203,7 +203,7 @@ fn passing(options: &Distance, console: &Console) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Both surfaces, each with its distance from the other and the worst place.
+/// Both surfaces, each with its distance from the other and the point of the largest distance.
 fn page(
     options: &Distance,
     [(first, a), (second, b)]: [(&Model, &Surface); 2],
@@ -251,7 +251,7 @@ fn measure(
 }
 
 impl Distance {
-    /// Where distances are measured.
+    /// The sampling of the surfaces.
     fn sampling(&self) -> CompareOptions {
         CompareOptions { samples: self.samples, seed: self.seed, ..CompareOptions::default() }
     }

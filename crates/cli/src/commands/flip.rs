@@ -314,10 +314,10 @@ const MAX_LOOK_AHEAD: usize = 6;
 /// Smallest patch.
 const MIN_PATCH: usize = 3;
 
-/// Larger patches are typing errors.
+/// Larger values are typing errors.
 const MOST_LARGEST: usize = 1_000_000;
 
-/// Tries per edge or vertex. A run with more hardly ends.
+/// Trials per edge or vertex. Runs with more would take too long.
 const MOST_TRIES: usize = 1_000_000;
 
 /// The old spelling `--anneal SEED[,STEPS]`.

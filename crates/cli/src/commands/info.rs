@@ -66,7 +66,7 @@ struct Results {
     sliver_faces: usize,
     unreferenced_vertices: usize,
     non_finite_vertices: usize,
-    /// Null without a finite vertex in use, as are the sizes below.
+    /// Null if no vertex in use is finite, like the sizes below.
     bbox_min: Option<[f64; 3]>,
     bbox_max: Option<[f64; 3]>,
     area: Option<f64>,
@@ -91,7 +91,7 @@ fn one(options: &Info, task: &Task, console: &Console) -> Result<Done, Failure> 
     report(task, &diagnosis, &soup.measure(), seconds, console)
 }
 
-/// What is found out of a mesh that passes by.
+/// Statistics of a streamed mesh.
 fn statistics(
     options: &Info,
     input: &Path,
@@ -227,7 +227,7 @@ impl fmt::Display for Report<Results> {
 }
 
 impl Results {
-    /// Counts of what repairs can cure, and the repair.
+    /// Counts of repairable defects, and the repair for each.
     fn defects(&self) -> [(usize, &'static str); 10] {
         [
             (self.non_manifold_edges, "edges of more than two faces (--cut-non-manifold)"),

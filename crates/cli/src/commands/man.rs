@@ -27,7 +27,7 @@ pub(crate) fn run(options: &Manual, whole: Command) -> Result<Outcome, Failure> 
         save_bytes("-".as_ref(), &page(whole)?)?;
         return Ok(Outcome::Done);
     };
-    // Options of all commands become those of each.
+    // Global options become options of each command.
     let mut whole = whole.disable_help_subcommand(true);
     whole.build();
     for command in whole.get_subcommands().filter(|command| !command.is_hide_set()) {

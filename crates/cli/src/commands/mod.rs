@@ -1,4 +1,4 @@
-//! One file or folder per command. A command uses what is shared, and no other command.
+//! One file or folder per command. A command uses shared modules, and no other command.
 
 pub(crate) mod completions;
 pub(crate) mod convert;

@@ -156,7 +156,7 @@ struct Results {
     method: &'static str,
 }
 
-/// Patches, and how finely to cut them into triangles.
+/// Patches, and the tolerance for cutting them into triangles.
 struct Made {
     cover: Cover,
     cut: f64,
@@ -203,7 +203,7 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
     report.done(console, summary(&report), brief)
 }
 
-/// So many patches are shown one by one; all are shown together.
+/// Up to this number of patches are also shown one by one.
 const MOST_ALONE: usize = 60;
 
 /// The cover, the mesh under it, and the patches one by one with frame and arcs.
@@ -293,7 +293,7 @@ impl Patch {
         })
     }
 
-    /// Refuses options that would do nothing, and an output that cannot hold the content.
+    /// Refuses options without effect, and an output that cannot hold the content.
     fn check_given(&self, given: &Given) -> Result<(), Failure> {
         let output = self.job.output.as_deref();
         match self.content(output) {

@@ -156,7 +156,7 @@ struct Report {
     cells: u32,
     /// The number of faces of the regions of the step, or of the level.
     faces: u64,
-    /// What is next, from a plan: `pass`, `strips`, `finish`.
+    /// The next step, from a plan: `pass`, `strips`, `finish`.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<&'static str>,
     /// The number of cells of the next level.
@@ -281,7 +281,7 @@ fn each_cell(
     print(&report, &format!("{step} of level {}: {faces} faces", options.level), console)
 }
 
-/// The cells of a level that the options name.
+/// The cells of a level that the options select.
 fn mine(
     cell: Option<u32>,
     shard: Option<Shard>,
@@ -368,7 +368,7 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     bar.finish_and_clear();
     let outcome = outcome.map_err(Failure::regions)?;
     let mut report = Report {
-        // A run has at least one level, and no more than 2^32 plans.
+        // A run has at least one level, and at most 2^32 plans.
         level: outcome.levels.len() as u32 - 1,
         cells: outcome.cells.last().copied().unwrap_or(0),
         faces: outcome.faces,
@@ -403,7 +403,7 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     print(&report, &text, console)
 }
 
-/// Prints the progress where it differs from the last line by a percent.
+/// Prints the progress if it differs from the last line by a percent.
 fn tell(step: Step, last: &mut Option<(&'static str, u64)>) {
     let Step { what, done, of, .. } = step;
     let now = (what, 100 * done / of.max(1));

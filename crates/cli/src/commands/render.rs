@@ -147,7 +147,7 @@ fn failed(error: RenderError) -> Failure {
 }
 
 impl Render {
-    /// Refuses options that would do nothing.
+    /// Refuses options without effect.
     fn check_given(&self, given: &Given) -> Result<(), Failure> {
         if self.property.is_none() {
             given.refuse(&COLOR_OPTIONS, "they are for --property")?;

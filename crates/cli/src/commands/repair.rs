@@ -1,4 +1,4 @@
-//! `curvmesh repair`: from anything that can be read to an oriented 2-manifold of triangles.
+//! `curvmesh repair`: makes an oriented 2-manifold of triangles from any readable mesh.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -67,7 +67,7 @@ fn parse_share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a share from 0 to below 1, like 0.01 or 1%".to_owned())
 }
 
-/// Here all repairs are made unless some are named.
+/// This command makes all repairs unless some are named.
 fn name_heading(option: Arg) -> Arg {
     if option.get_help_heading() == Some(REPAIRS) {
         option.help_heading("Repairs (all unless some are named)")
@@ -84,7 +84,7 @@ fn parse_holes(text: &str) -> Result<FillOptions, String> {
     Ok(FillOptions { max_edges, ..FillOptions::default() })
 }
 
-/// Counts of what was found and repaired.
+/// Counts of defects and repairs.
 #[derive(Serialize)]
 struct Results {
     vertices_out: usize,
@@ -104,12 +104,12 @@ struct Results {
     holes: Option<Holes>,
     /// Components that were inside out and were turned as a whole.
     turned_components: usize,
-    /// Components whose outside cannot be told; they stay as they are.
+    /// Components whose outside is undecided; they keep their orientation.
     undecided_components: usize,
-    /// With `--for printing`.
+    /// Only for `--for printing`.
     #[serde(skip_serializing_if = "Option::is_none")]
     printing: Option<Printing>,
-    /// Absent on standard output, which cannot be read again.
+    /// Absent for the standard output, which cannot be read again.
     #[serde(skip_serializing_if = "Option::is_none")]
     written: Option<Written>,
 }
@@ -122,7 +122,7 @@ struct Printing {
     separated_vertices: usize,
 }
 
-/// What became of the holes.
+/// Counts of holes.
 #[derive(Serialize)]
 struct Holes {
     filled: usize,
@@ -185,7 +185,7 @@ fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure
     report.done(console, text, brief)
 }
 
-/// Fills holes and prepares for printing, as far as that is asked for.
+/// Fills holes and prepares for printing, if asked for.
 fn finish(
     options: &Repair,
     loaded: &mut Loaded,

@@ -59,7 +59,7 @@ struct Results {
     preset: String,
     faces_in: usize,
     faces_out: usize,
-    /// Not counted where the result is larger than memory.
+    /// Absent if the result is larger than memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     vertices_out: Option<usize>,
     stop: &'static str,
@@ -135,7 +135,7 @@ fn one(options: &Simplify, task: &Task, given: &Given, console: &Console) -> Res
     report.done(console, summary_of(&report), brief)
 }
 
-/// A mesh that is larger than the memory it may take.
+/// Simplifies a mesh that exceeds the memory limit.
 fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     if options.look.is_wanted() {

@@ -90,7 +90,7 @@ fn failed(error: SubdivisionError) -> Failure {
     }
 }
 
-/// At most so many steps: a triangle becomes sixteen million.
+/// The largest number of steps: a triangle becomes sixteen million.
 const MOST_STEPS: u32 = 12;
 
 fn parse_steps(text: &str) -> Result<u32, String> {

@@ -1,4 +1,4 @@
-//! `curvmesh view`: a page on which meshes turn.
+//! `curvmesh view`: a page with interactive 3D views of meshes.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -117,7 +117,7 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     let text = format!("{}: {} faces", report.subject(), report.faces);
     report.done(console, text, String::new())?.print(console)?;
     if options.output.is_none() && has_display() {
-        // The page is written and named, so a browser that does not start is no failure.
+        // The page is written and named, so a browser that does not start is not an error.
         if let Err(error) = open::that_detached(output) {
             console.message(format_args!("the browser did not start: {error}"));
         }
@@ -125,7 +125,7 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     Ok(Outcome::Done)
 }
 
-/// A number that follows from the curvature of a vertex.
+/// A function of the curvature of a vertex.
 type Quantity = fn(&VertexCurvature) -> f64;
 
 /// Whether there may be a browser that can show a page.
@@ -134,7 +134,7 @@ fn has_display() -> bool {
     cfg!(any(windows, target_os = "macos")) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }
 
-/// The page beside an input. Only a page that this program made is replaced.
+/// The page beside an input. Only a page made by this program is replaced.
 fn page_beside(input: &Path) -> Result<PathBuf, Failure> {
     if is_standard(input) {
         return Err(Failure::usage("say where the page goes: -o PAGE.html"));

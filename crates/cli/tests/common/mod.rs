@@ -1,4 +1,4 @@
-//! Running the program, and where the real meshes are.
+//! Functions that run the program and find the real meshes.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub(crate) fn curvmesh(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_curvmesh")).args(arguments).output().unwrap()
 }
 
-/// Runs and returns the exit code and what was said.
+/// Runs and returns the exit code and the output.
 pub(crate) fn code(arguments: &[&str]) -> (i32, String) {
     let output = curvmesh(arguments);
     (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())

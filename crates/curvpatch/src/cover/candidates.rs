@@ -53,7 +53,7 @@ pub struct CoverCandidates<'a> {
 /// Number of seeds of the first round on a large mesh, and minimum of every round.
 const PILOT_SEEDS: usize = 256;
 
-/// Rounds over slivers continue while at least one in so many has a candidate.
+/// Rounds over slivers continue while at least one in this many has a candidate.
 const MAX_SEEDS_PER_CANDIDATE: usize = 64;
 
 /// The largest height of a sliver, relative to its longest side. The disc of a sliver extends over many

@@ -114,7 +114,7 @@ pub fn sn10_order(disc: &DiscCurvature) -> [usize; 2] {
     if k1 >= k2 { [0, 1] } else { [1, 0] }
 }
 
-/// The part of the saddle away from its rim.
+/// The part of the saddle away from its boundary.
 pub fn inner(disc: &DiscCurvature) -> bool {
     disc.center.x.abs() < 0.45 && disc.center.y.abs() < 0.45
 }

@@ -1,4 +1,4 @@
-//! Constraints on a rebuilt patch: those of single flips, applied to the patch as a whole.
+//! Constraints on a rebuilt patch: the constraints on single flips, applied to the patch as a whole.
 
 use mesh_core::{FaceId, TriMesh, VertexId};
 

@@ -239,7 +239,7 @@ impl Patch {
     }
 }
 
-/// The candidate with the fewest vertices in front of it; among equal ones, that of least perimeter.
+/// The candidate with the fewest vertices in front of it; among equal ones, the one with the smallest perimeter.
 fn outermost(mesh: &TriMesh, candidates: Vec<FaceId>) -> Option<FaceId> {
     let rank = |&f: &FaceId| (vertices_in_front(mesh, f), perimeter(mesh, f));
     candidates.into_iter().min_by(|p, q| {

@@ -1,4 +1,4 @@
-//! What the tests share.
+//! Functions shared by the tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout)]
 
 use mesh_core::{PolygonSoup, TriMesh};
@@ -20,7 +20,7 @@ pub(crate) fn face_set(mesh: &TriMesh) -> Vec<[u32; 3]> {
     mesh.topology().canonical_triangles()
 }
 
-/// A mesh from the folder named by `CURVMESH_MODELS`; says so when there is none.
+/// A mesh from the folder named by `CURVMESH_MODELS`; prints a message if there is none.
 pub(crate) fn model(name: &str) -> Option<TriMesh> {
     let Some(folder) = std::env::var_os("CURVMESH_MODELS") else {
         println!("skipped: set CURVMESH_MODELS");

@@ -1,4 +1,4 @@
-//! A block of a flat mesh: all that its collapses need, and what they leave.
+//! A block of a flat mesh with all data that its collapses need, and the result of its collapses.
 
 use glam::DVec3;
 use mesh_core::{TriMesh, parallel};
@@ -12,32 +12,32 @@ use crate::blocks::rules::Rules;
 use crate::geometry::quadric::Quadric;
 use crate::rejection::Rejections;
 
-/// A block of a flat mesh, by itself: plain data, which can be collapsed anywhere, with the same bits.
+/// A block of a flat mesh as plain data. It can be collapsed anywhere, with bit-identical results.
 ///
-/// It has all faces that have a corner in the block. Vertices of other blocks are there for the sake
-/// of these, and neither they nor those next to them move.
+/// It contains all faces that have a corner in the block. Vertices of other blocks are included only as corners of
+/// these faces; neither they nor their neighbours move.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Block {
     part: Part,
-    /// The faces of the original, and how many of them the block hands on; these come first.
+    /// The ids of the faces in the original. The first `handed_on` faces are handed on to the next flat mesh.
     face_ids: Vec<u32>,
     handed_on: usize,
-    /// The vertices, in numbers of the flat mesh and of the original.
+    /// The vertex ids in the flat mesh and in the original.
     vertices: Vec<u32>,
     vertex_ids: Vec<u32>,
 }
 
-/// What a block has become.
+/// The result of a block.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reduced {
-    /// The vertices that are left, in numbers of the flat mesh and of the original.
+    /// The ids of the remaining vertices in the flat mesh and in the original.
     pub(super) vertices: Vec<u32>,
     pub(super) vertex_ids: Vec<u32>,
     pub(super) positions: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
-    /// In numbers of the flat mesh.
+    /// Triangles with vertex ids of the flat mesh.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) face_ids: Vec<u32>,
     pub(super) half_edges: Vec<[u32; 3]>,
@@ -45,11 +45,11 @@ pub struct Reduced {
     pub(super) done: Done,
 }
 
-/// What was done with a block, in numbers of the original.
+/// The work done on a block, with ids of the original.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Done {
-    /// The vertices that have gone, and those that they have become.
+    /// Pairs of a removed vertex and the vertex that it was merged into.
     pub(super) merged: Vec<[u32; 2]>,
     /// Every collapse, if they are recorded.
     pub(super) steps: Vec<Step>,
@@ -58,7 +58,7 @@ pub(super) struct Done {
 }
 
 impl Reduced {
-    /// The number of faces that are left.
+    /// The number of remaining faces.
     #[must_use]
     pub fn face_count(&self) -> usize {
         self.triangles.len()
@@ -70,7 +70,7 @@ impl Reduced {
         self.done.merged.len()
     }
 
-    /// What went at which costs.
+    /// The number of removed faces by cost.
     #[must_use]
     pub fn forecast(&self) -> &Forecast {
         &self.forecast
@@ -81,14 +81,14 @@ impl Block {
     /// Cuts a block out of a flat mesh.
     ///
     /// # Panics
-    /// The partition is one of another flat mesh, or has no such block.
+    /// The partition belongs to another flat mesh, or has no such block.
     #[must_use]
     pub fn new(flat: &FlatMesh<'_>, partition: &Partition, block: usize, rules: &Rules) -> Self {
         let own = partition.vertices(block);
         let first = partition.first(block);
         let corners = |face: u32| flat.triangle(face as usize).unwrap_or_default();
         let of_region = |v: u32| partition.region_of(v);
-        // A face belongs to the first of the blocks of its corners.
+        // A face belongs to the lowest-numbered block among the blocks of its corners.
         let is_handed_on =
             |&face: &u32| corners(face).into_iter().map(of_region).min() == Some(block);
         let (mut faces, others): (Vec<u32>, Vec<u32>) =
@@ -103,7 +103,7 @@ impl Block {
         strangers.sort_unstable();
         strangers.dedup();
         let number = |v: u32| {
-            // Very large for vertices before the block.
+            // For vertices before the block, the difference wraps to a very large number.
             let place = partition.rank(v).wrapping_sub(first as u32);
             if (place as usize) < own.len() {
                 return place;
@@ -144,7 +144,7 @@ impl Block {
         }
     }
 
-    /// All of a flat mesh whose vertices are its own.
+    /// A block with the whole flat mesh, except the held vertices.
     pub(super) fn whole(flat: FlatMesh<'_>, rules: &Rules) -> Self {
         if let Some(mesh) = flat.whole.filter(|mesh| mesh.topology().is_compact()) {
             return Self::of_mesh(mesh);
@@ -165,7 +165,7 @@ impl Block {
         Self { part, face_ids, handed_on, vertices, vertex_ids }
     }
 
-    /// All of a mesh without gaps, as it is.
+    /// A block with a whole mesh without gaps.
     fn of_mesh(mesh: &TriMesh) -> Self {
         let topology = mesh.topology();
         let half_edges = topology.faces().map(|face| topology.face_half_edges(face));
@@ -189,7 +189,7 @@ impl Block {
         }
     }
 
-    /// What would go at which costs if the block were collapsed until this share of its faces is left.
+    /// The number of faces that would be removed at each cost, if the block were collapsed to this share of its faces.
     #[must_use]
     pub fn forecast(self, rules: &Rules, share: f64) -> Forecast {
         let faces = self.part.triangles.len();
@@ -208,7 +208,7 @@ impl Block {
         self.reduce_to(rules, goal, &mut |_, _| true).0
     }
 
-    /// The same with a number of faces to stop at; also tells whether `goes_on` never said no.
+    /// [`Block::reduce`] with a number of faces as the target. Also returns whether `goes_on` never returned false.
     pub(super) fn reduce_to(
         self,
         rules: &Rules,

@@ -1,8 +1,8 @@
-//! Collapses by the greedy loop in blocks: for metrics that block meshes do not know.
+//! Collapses by the greedy loop in blocks, for metrics that block meshes do not support.
 //!
-//! Each block is collapsed as a mesh of its own, by itself. Then all collapses are put into one order, by the
-//! largest cost so far in each block, which is cut off at just the wanted number of faces; and what is before
-//! that is done to the whole mesh once more, which takes less than a tenth of the time.
+//! Each block is collapsed separately, as its own mesh. Then all collapses are sorted by the largest cost so far in
+//! their block, and the list is cut off at the wanted number of faces. The remaining collapses are repeated on the
+//! whole mesh, which takes less than a tenth of the time.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
@@ -25,7 +25,7 @@ use crate::record::run::{Phase, Progress, Run};
 use crate::record::target::{StopReason, Target};
 use crate::rejection::Rejections;
 
-/// A run of the greedy loop: with the quadrics of the vertices, what else it begins with, and limits.
+/// A run of the greedy loop on a mesh, with the quadrics of its vertices, other start data, and limits.
 pub type Drive<'a> = dyn Fn(
         &mut TriMesh,
         Vec<Quadric>,
@@ -36,20 +36,20 @@ pub type Drive<'a> = dyn Fn(
     + Sync
     + 'a;
 
-/// The fewest faces that are cut into blocks after the first pass.
+/// The smallest number of faces that is cut into blocks after the first pass.
 const FEWEST_AGAIN: usize = 30_000;
-/// So many times the wanted faces are collapsed in one piece, on one thread for the most part. With 1.25 mean errors
-/// are the same, with 1.1 up to .6 % higher.
+/// The ratio to the wanted number of faces below which the mesh is collapsed in one piece, mostly on one thread. With
+/// 1.25 mean errors are equal; with 1.1 they are up to 0.6 % higher.
 const LAST: f64 = 1.15;
-/// How far blocks are collapsed that tell beforehand which cost leaves as many faces as the pass is to leave: to
-/// this part of these.
+/// Some blocks are collapsed first, to estimate the cost that leaves the wanted number of faces. They are collapsed to
+/// this fraction of the aim of the pass.
 const BEYOND: f64 = 0.6;
-/// Blocks that are at work between two questions whether to go on.
+/// The number of blocks between two calls that ask whether to go on.
 const WAVE: usize = 32;
 
-/// What a block has become.
+/// The result of a block.
 struct Reduced {
-    /// The collapses, in numbers of the mesh, but for those of faces.
+    /// The collapses, with the handles of the mesh, except the numbers of faces.
     entries: Vec<LogEntry>,
     /// The numbers of faces before and after.
     faces: [usize; 2],
@@ -61,7 +61,7 @@ impl Reduced {
         self.entries.iter().map(|entry| entry.cost)
     }
 
-    /// Forgets all from the first collapse on that costs more.
+    /// Removes all entries from the first collapse on that costs more.
     fn cut_off(&mut self, cost: f64) {
         let end = self.costs().position(|of_edge| of_edge > cost);
         if let Some(end) = end {
@@ -70,7 +70,7 @@ impl Reduced {
         }
     }
 
-    /// How many faces went with a collapse.
+    /// The number of faces that a collapse removed.
     fn faces_gone(&self, collapse: usize) -> usize {
         let after = self.entries.get(collapse + 1).map(|next| next.faces_before as usize);
         self.entries[collapse].faces_before as usize - after.unwrap_or(self.faces[1])
@@ -85,8 +85,8 @@ struct Passes<'a> {
     run: Run,
 }
 
-/// Collapses edges of a mesh by the greedy loop, as far as possible in blocks. `quadrics` are what the vertices
-/// remember of a run before; nothing where there was none.
+/// Collapses edges of a mesh by the greedy loop, in blocks as far as possible. `quadrics` are the quadrics that the
+/// vertices have accumulated in an earlier run; empty if there was none.
 pub fn collapse_driven(
     mesh: &mut TriMesh,
     quadrics: Vec<Quadric>,
@@ -98,7 +98,7 @@ pub fn collapse_driven(
     let start = Instant::now();
     let faces_before = mesh.topology().face_count();
     let face_target = limits.face_target(faces_before);
-    // What remembers a run before has been through the first pass.
+    // A mesh with quadrics of an earlier run has already had a first pass.
     let first = usize::from(!quadrics.is_empty());
     let quadrics = match quadrics.is_empty() {
         true => AccumulatedQuadrics::new(mesh),
@@ -133,8 +133,8 @@ pub fn collapse_driven(
 }
 
 impl Passes<'_> {
-    /// Collapses all blocks until about `aim` faces are left. `reached` hears of the numbers of faces and
-    /// of collapses now and then, and may say that it is enough.
+    /// Collapses all blocks until about `aim` faces are left. `reached` is called from time to time with the numbers of
+    /// faces and collapses, and may return a reason to stop.
     fn pass(
         &mut self,
         number: usize,
@@ -178,7 +178,7 @@ impl Passes<'_> {
         None
     }
 
-    /// Collapses a block by itself.
+    /// Collapses a block separately.
     fn reduce(
         &self,
         partition: &Partition,
@@ -203,7 +203,7 @@ impl Passes<'_> {
         }
     }
 
-    /// Does to the mesh what was done to its blocks, the cheapest first, until few enough faces are left.
+    /// Applies the collapses of the blocks to the mesh, the cheapest first, until few enough faces are left.
     fn carry_out(&mut self, blocks: &[Reduced], aim: usize) {
         let mut faces = self.mesh.topology().face_count();
         let mut counts = vec![0; blocks.len()];
@@ -216,14 +216,14 @@ impl Passes<'_> {
             faces -= reduced.faces_gone(i as usize);
             counts[block as usize] = i as usize + 1;
         }
-        // The order does not matter to the mesh, and neighbours are in the cache.
+        // The order does not change the resulting mesh, and block by block uses the cache well.
         for (block, count) in blocks.iter().zip(counts) {
             block.entries[..count].iter().for_each(|entry| self.follow(entry));
             self.run.rejections.add(&block.rejections);
         }
     }
 
-    /// Does to the mesh what was done to a part of it.
+    /// Applies a collapse of a part to the mesh.
     fn follow(&mut self, entry: &LogEntry) {
         let LogEntry { half_edge, position, .. } = *entry;
         #[expect(clippy::expect_used, reason = "the part had all that decides over it")]
@@ -234,7 +234,7 @@ impl Passes<'_> {
         self.fixed.collapsed(self.mesh, &collapse, collapsed.merged_edges);
     }
 
-    /// Collapses what is left, to the end.
+    /// Collapses the remaining mesh to the end.
     fn in_one_piece(
         mut self,
         limits: &Target,
@@ -262,7 +262,7 @@ impl Passes<'_> {
     }
 }
 
-/// The cost up to which blocks are collapsed to leave this share of all faces, as some of them tell.
+/// The cost at which blocks leave this share of all faces, estimated from some blocks.
 fn cost_leaving(share: f64, blocks: &[Reduced]) -> f64 {
     let faces: usize = blocks.iter().map(|block| block.faces[0]).sum();
     let mut left = ((1.0 - share) * faces as f64) as usize;
@@ -284,7 +284,7 @@ mod tests {
     use mesh_core::{HalfEdgeId, VertexId};
     use mesh_shapes::Plane;
 
-    /// A block of so many faces, two of which go with each collapse.
+    /// A block with this many faces. Each collapse removes two.
     fn block(faces: usize, costs: &[f64]) -> Reduced {
         let entry = |(i, &cost): (usize, &f64)| LogEntry {
             half_edge: HalfEdgeId::new(0),
@@ -304,13 +304,13 @@ mod tests {
     #[test]
     fn the_cost_leaves_as_many_faces_as_wanted() {
         let blocks = [block(20, &[1.0, 3.0, 2.0, 9.0]), block(12, &[0.5, 4.0])];
-        // In order: .5, 1, 3, 2 (which comes after 3), 4, 9.
+        // In order: 0.5, 1, 3, 2 (which follows 3), 4, 9.
         let cost = |left: f64| cost_leaving(left / 32.0, &blocks);
         assert_eq!([32.0, 30.0, 28.0].map(cost), [0.5, 1.0, 3.0]);
         assert_eq!([24.0, 22.0, 20.0].map(cost), [4.0, 9.0, f64::INFINITY]);
     }
 
-    /// The rim of a block is no boundary of the mesh.
+    /// The edge of a block is not a boundary of the mesh.
     #[test]
     fn regions_have_the_borders_of_the_whole() {
         let soup = Plane { half_width: 1.0 }.mesh(200, Default::default()).unwrap();
@@ -333,7 +333,7 @@ mod tests {
         let limits = Target { faces: Some(40_000), ..Target::default() };
         let go_on = &mut |_: &_| ControlFlow::Continue(());
         collapse_driven(&mut mesh, Vec::new(), &Protect::default(), &limits, &drive, go_on);
-        // All but those next to the cuts.
+        // All boundary edges except those next to the cuts.
         let count = at_border.into_inner();
         assert!((700..=800).contains(&count), "{count}");
     }

@@ -1,4 +1,4 @@
-//! A block of a mesh by itself, small enough for the nearest cache, under collapse.
+//! A block of a mesh under collapse, small enough for the cache of a core.
 
 use core::ops::Range;
 
@@ -17,59 +17,58 @@ use crate::engine::valence::MOST_EDGES;
 use crate::geometry::quadric::Quadric;
 use crate::rejection::{Rejection, Rejections};
 
-/// A part of a mesh: what the block mesh is made of.
+/// A part of a mesh, from which a block mesh is built.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Part {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) positions: Vec<DVec3>,
-    /// Of the vertices that belong to the part, which come first; none before the first pass.
+    /// Quadrics of the own vertices, which come first; empty before the first pass.
     pub(super) quadrics: Vec<Quadric>,
-    /// The number of vertices that belong to it; the others are there for the sake of the faces
-    /// that they share with these.
+    /// The number of own vertices. The others are included only as corners of faces that they share with these.
     pub(super) own: usize,
     /// The half-edges of the original, if collapses are recorded or `half_edge_capacity` is known.
     pub(super) half_edges: Vec<[u32; 3]>,
-    /// For a part that is a whole mesh whose half-edges are known: an even number that all are below; else 0.
+    /// An even number above all half-edges, for a part that is a whole mesh with known half-edges; otherwise 0.
     pub(super) half_edge_capacity: usize,
 }
 
-/// A collapse, in numbers of the block mesh.
+/// A collapse, with ids of the block mesh.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Step {
     pub(super) removed: u32,
     pub(super) kept: u32,
-    /// Of the original.
+    /// The half-edge of the original.
     pub(super) half_edge: u32,
-    /// The faces that went.
+    /// The number of removed faces.
     pub(super) faces: u32,
     pub(super) position: DVec3,
     pub(super) cost: f64,
 }
 
-/// How far a block mesh is collapsed.
+/// The end of the collapses of a block mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
-    /// No edge of this bucket or one above collapses.
+    /// Edges of this bucket and higher ones do not collapse.
     pub(super) end: usize,
-    /// With so many faces, or one fewer, it ends.
+    /// The run ends with this many faces, or one fewer.
     pub(super) faces: usize,
 }
 
 /// A part of a mesh under collapse.
 ///
-/// Edges collapse only where all faces around both ends belong to vertices of this block mesh alone, so
-/// that block meshes of one mesh never see each other's work.
+/// An edge collapses only if all faces around both ends belong only to own vertices. So the block meshes of a mesh do
+/// not affect each other.
 #[derive(Debug)]
 pub(super) struct BlockMesh {
     rules: Rules,
     corners: CornerTable,
     vertices: Vec<BlockVertex>,
-    /// By edge: rejected, and waits for nothing but a change around it.
+    /// For each edge, whether it was rejected and waits for a change around it.
     is_refused: Vec<bool>,
     queue: BucketQueue,
-    /// By side; nothing unless collapses are recorded.
+    /// The half-edge of each side; empty unless collapses are recorded.
     half_edges: Vec<u32>,
     patch: Patch,
     pub(super) rejections: Rejections,
@@ -78,7 +77,7 @@ pub(super) struct BlockMesh {
     pub(super) max_cost: f64,
 }
 
-/// Edges that have their turn together: all of one bucket.
+/// Edges of one bucket that are evaluated together.
 #[derive(Clone, Copy, Debug, Default)]
 struct Batch {
     edges: [u32; LANES],
@@ -88,32 +87,32 @@ struct Batch {
     at: usize,
 }
 
-/// The edge that collapses.
+/// A candidate for a collapse.
 #[derive(Clone, Copy, Debug)]
 struct Offer {
     side: u32,
     half: DVec3,
-    /// Of both ends, about the middle.
+    /// The quadric of both ends, about the midpoint.
     quadric: Quadric,
-    /// The place of the vertex that remains, relative to the middle.
+    /// The position of the remaining vertex, relative to the midpoint.
     x: DVec3,
     cost: f64,
 }
 
-/// What has become of an edge.
+/// The outcome of the turn of an edge.
 enum Turn {
     Collapsed {
         faces: u32,
     },
-    /// It costs more, and is due later.
+    /// Its cost is higher than the bucket, so it moves to this bucket.
     Later(usize),
 }
 
-/// The bucket of an edge that does not wait.
+/// Marks an edge that does not wait.
 const HELD: u16 = u16::MAX;
 const _: () = assert!(BUCKETS <= HELD as usize);
 
-/// How many edges have their turn between two questions whether to go on.
+/// The number of turns between two calls that ask whether to go on.
 const ASKED_EVERY: usize = 4096;
 
 impl BlockMesh {
@@ -168,8 +167,8 @@ impl BlockMesh {
         block_mesh
     }
 
-    /// All edges between free vertices begin to wait. Only a block mesh that is a whole mesh has more than one block of
-    /// them or two.
+    /// Puts all edges between free vertices into the queue. Only a block mesh that is a whole mesh has more than one or
+    /// two blocks of them.
     fn queue_all(&mut self, is_free: &[bool]) {
         const BLOCK: u32 = 1 << 14;
         let count = self.corners.edge_capacity() as u32;
@@ -185,7 +184,7 @@ impl BlockMesh {
         }
     }
 
-    /// The bucket of each of these edges; [`HELD`] for those that do not lie between free vertices.
+    /// The bucket of each of these edges; [`HELD`] if an end is not free.
     #[inline(always)]
     fn buckets<S: Simd>(&self, simd: S, edges: Range<u32>, is_free: &[bool]) -> Vec<u16> {
         let (start, mut all) = (edges.start, vec![HELD; edges.len()]);
@@ -217,7 +216,7 @@ impl BlockMesh {
         [self.corners.vertex(side), self.corners.target(side)]
     }
 
-    /// The number of faces that are left, those of others included.
+    /// The number of remaining faces, including faces of other blocks.
     pub(super) fn faces(&self) -> usize {
         self.corners.faces()
     }
@@ -238,8 +237,8 @@ impl BlockMesh {
         self.vertices[v].quadric()
     }
 
-    /// Collapses edges, the cheapest first, until the goal is reached, nothing is left, or `goes_on`
-    /// says no. `done` hears of each collapse with the bucket of it and the number of faces that went.
+    /// Collapses edges, the cheapest first, until the goal is reached, no edge is left, or `goes_on` returns false.
+    /// `done` receives, for each collapse, the highest bucket so far and the number of removed faces.
     pub(super) fn run(
         &mut self,
         goal: Goal,
@@ -270,7 +269,7 @@ impl BlockMesh {
                 return true;
             }
             let candidates = candidates(simd, &self.vertices, &batch.ends, self.rules.marginal);
-            // What vertices have become of earlier edges of the batch.
+            // The remaining vertices of earlier edges of the batch.
             let mut kept = [NONE; LANES];
             for lane in 0..batch.count {
                 let (edge, ends) = (batch.edges[lane], batch.ends[lane]);
@@ -279,7 +278,7 @@ impl BlockMesh {
                     continue;
                 }
                 if self.ends(side) != ends || ends.iter().any(|v| kept.contains(v)) {
-                    // What is known of it is out of date.
+                    // The evaluation of this edge is out of date.
                     self.queue.push(edge, batch.at);
                     continue;
                 }
@@ -301,7 +300,7 @@ impl BlockMesh {
         true
     }
 
-    /// The next edges that have their turn; none when nothing is left below `end`.
+    /// The next edges; an empty batch if none is left below `end`.
     #[inline(always)]
     fn take(&mut self, end: usize, turns: &mut usize) -> Batch {
         let mut batch = Batch::default();
@@ -327,7 +326,7 @@ impl BlockMesh {
         batch
     }
 
-    /// Collapses the edge of a side to the place `x`, or finds out why not.
+    /// Collapses the edge of a side to the position `x`, or returns the reason for the rejection.
     #[inline(always)]
     fn take_turn<S: Simd>(
         &mut self,
@@ -372,7 +371,7 @@ impl BlockMesh {
         ends.into_iter().for_each(|v| self.vertices[v as usize].set_refused(true));
     }
 
-    /// Carries out a collapse; returns how many faces went.
+    /// Carries out a collapse, and returns the number of removed faces.
     #[inline]
     fn collapse(&mut self, offer: &Offer, [removed, kept]: [u32; 2], at: usize) -> u32 {
         let Offer { side, half, quadric, x, cost } = *offer;
@@ -410,7 +409,7 @@ impl BlockMesh {
         faces
     }
 
-    /// Gives the rejected edges around a collapse another chance.
+    /// Puts the rejected edges around a collapse back into the queue.
     fn readmit(&mut self, kept: u32, at: usize) {
         let first = self.corners.first_at(kept);
         let mut corner = first;
@@ -426,7 +425,7 @@ impl BlockMesh {
     }
 
     fn readmit_at(&mut self, v: u32, at: usize) {
-        // The edges of a crowded vertex would be rejected again.
+        // Edges at a vertex of too high valence would be rejected again.
         if !self.vertices[v as usize].has_refused()
             || self.vertices[v as usize].valence() > MOST_EDGES
         {
@@ -452,7 +451,7 @@ impl BlockMesh {
     }
 }
 
-/// Gives vertices the quadrics of the faces and of the boundary as they are.
+/// Sets the quadrics of the vertices from the current faces and boundary.
 fn remember_faces(
     vertices: &mut [BlockVertex],
     triangles: &[[u32; 3]],
@@ -483,7 +482,7 @@ fn remember_faces(
 }
 
 impl Batch {
-    /// Adds an edge. What is not there is as the last one is.
+    /// Adds an edge, and fills the free lanes with it as well.
     #[inline(always)]
     fn push(&mut self, edge: u32, ends: [u32; 2]) {
         self.edges[self.count] = edge;
@@ -493,8 +492,8 @@ impl Batch {
 }
 
 impl Offer {
-    /// Takes a place, or the best of the middle and the ends when that is too far; `made` are the errors
-    /// that cost nothing.
+    /// Sets the position, or the best of the midpoint and the ends if it is too far away. `made` is subtracted from the
+    /// cost.
     fn settle(&mut self, place: Option<DVec3>, made: f64) {
         let near = 4.0 * FARTHEST * FARTHEST * self.half.length_squared();
         self.x = match place {

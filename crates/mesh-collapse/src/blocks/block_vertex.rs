@@ -6,18 +6,17 @@ use crate::blocks::lanes::Row;
 use crate::geometry::quadric::Quadric;
 use crate::geometry::symmetric::Symmetric3;
 
-/// A vertex with what it remembers: two lines of a cache, of which the first begins with what its
-/// neighbours ask for.
+/// A vertex with its quadric. It takes two cache lines; the first one starts with the data that its neighbours need.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct BlockVertex {
     pub(super) position: DVec3,
-    /// The last patch that met it.
+    /// The number of the last patch that visited it.
     pub(super) met: u32,
-    /// Twice the number of faces at it, and one more if an edge at it was rejected.
+    /// Twice the number of its faces, plus 1 if an edge at it was rejected.
     state: u32,
-    /// The quadric about the position: the diagonal of the matrix and the constant, the mixed entries,
-    /// the linear part. The last numbers of the second and third rows mean nothing.
+    /// The quadric about the position: the diagonal of the matrix and the constant, the mixed entries, the linear part.
+    /// The last numbers of the second and third rows are unused.
     quadric: [Row; 3],
 }
 
@@ -45,7 +44,7 @@ impl BlockVertex {
         numbers.zip(other.as_flattened()).for_each(|(number, more)| *number += more);
     }
 
-    /// The number of faces at it.
+    /// The number of its faces.
     #[inline(always)]
     pub(super) fn valence(&self) -> u32 {
         self.state / 2
@@ -80,7 +79,7 @@ impl BlockVertex {
     }
 }
 
-/// A quadric as vertices keep it.
+/// A quadric in the layout of vertices.
 #[inline(always)]
 pub(super) fn rows(quadric: &Quadric) -> [Row; 3] {
     let Quadric { matrix: Symmetric3 { diagonal: d, mixed: m }, linear: l, constant } = *quadric;

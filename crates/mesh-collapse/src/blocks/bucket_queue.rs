@@ -1,9 +1,9 @@
-//! Edges that wait for their collapse, in buckets of about equal cost.
+//! Edges waiting for their collapse, in buckets of about equal cost.
 //!
-//! An edge waits in one bucket at most, so that a list needs no more than a link for each edge. In a
-//! bucket, what came last is first.
+//! An edge is in at most one bucket, so the lists need only one link per edge. Each bucket is a stack: the last edge
+//! added is the first one taken.
 
-/// Edges by the cost, or a bound of it, that they had when they came.
+/// Edges by the cost, or a lower bound of it, at the time when they were added.
 #[derive(Clone, Debug)]
 pub(super) struct BucketQueue {
     /// The first edge of each bucket.
@@ -17,10 +17,10 @@ pub(super) struct BucketQueue {
 const END: u32 = u32::MAX;
 const ABSENT: u32 = u32::MAX - 1;
 
-/// What tells the bucket of a cost: its exponent and the first binary digits.
+/// The bucket of a cost is given by its exponent and this many leading binary digits.
 const DIGITS: u32 = 3;
 const SHIFT: u32 = 52 - DIGITS;
-/// Costs beyond these share the first or the last bucket.
+/// Costs outside this range share the first or the last bucket.
 const SMALLEST: f64 = 1e-42;
 const LARGEST: f64 = 1e6;
 
@@ -28,7 +28,7 @@ const LARGEST: f64 = 1e6;
 #[inline]
 pub(super) fn bucket(cost: f64) -> usize {
     let digits = |number: f64| (number.to_bits() >> SHIFT) as usize;
-    // What is not a number comes first, and is rejected.
+    // NaN goes into the first bucket, and is rejected.
     let cost = if cost.is_nan() { 0.0 } else { cost };
     digits(cost.clamp(SMALLEST, LARGEST)) - const { (SMALLEST.to_bits() >> SHIFT) as usize }
 }
@@ -38,7 +38,7 @@ pub(super) const BUCKETS: usize =
     ((LARGEST.to_bits() >> SHIFT) - (SMALLEST.to_bits() >> SHIFT)) as usize + 1;
 
 impl BucketQueue {
-    /// None of so many edges waits.
+    /// An empty queue for this many edges.
     pub(super) fn new(edges: usize) -> Self {
         Self { heads: vec![END; BUCKETS], links: vec![ABSENT; edges], first: BUCKETS }
     }
@@ -49,7 +49,7 @@ impl BucketQueue {
         self.links[edge as usize] != ABSENT
     }
 
-    /// An edge that does not wait begins to.
+    /// Adds an edge that is not in the queue.
     #[inline]
     pub(super) fn push(&mut self, edge: u32, bucket: usize) {
         self.links[edge as usize] = self.heads[bucket];
@@ -57,7 +57,7 @@ impl BucketQueue {
         self.first = self.first.min(bucket);
     }
 
-    /// Takes an edge of the cheapest bucket, if that is below `end`.
+    /// Takes an edge of the cheapest bucket, if it is below `end`.
     #[inline]
     pub(super) fn pop(&mut self, end: usize) -> Option<(u32, usize)> {
         while self.first < end.min(BUCKETS) {
@@ -71,7 +71,7 @@ impl BucketQueue {
         None
     }
 
-    /// Takes another edge of a bucket, the one of the last edge that was taken.
+    /// Takes another edge of a bucket, which must be the bucket of the last edge taken.
     #[inline]
     pub(super) fn pop_another(&mut self, bucket: usize) -> Option<u32> {
         let edge = self.heads[bucket];

@@ -1,4 +1,4 @@
-//! What it costs to collapse edges, four side by side, as far as quadrics tell.
+//! Costs of edge collapses, four in parallel, as far as quadrics determine them.
 
 use fearless_simd::f64x4;
 use fearless_simd::prelude::*;
@@ -8,17 +8,17 @@ use crate::blocks::block_vertex::BlockVertex;
 use crate::blocks::lanes::{LANES, Row, Vectors, columns};
 use crate::geometry::quadric::DAMPING;
 
-/// The largest accepted distance from the middle of an edge, in edge lengths.
+/// The largest accepted distance from the midpoint of an edge, in edge lengths.
 pub(super) const FARTHEST: f64 = 10.0;
 
-/// Relative to the fourth power of the length of an edge: so little beyond the quadric that it decides
-/// only between edges whose cost is rounding error.
+/// A term relative to the fourth power of the edge length. It is so small that it decides only between edges whose cost
+/// is rounding error.
 pub(super) const TIE: f64 = 1e-12;
 
-/// The best places of vertices that are left of edges, and what they cost.
+/// The best positions of the remaining vertices of four edges, and their costs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidates {
-    /// Relative to the middle of each edge, by coordinate.
+    /// Positions relative to the midpoint of each edge, by coordinate.
     places: [Row; 3],
     pub(super) costs: Row,
 }
@@ -76,9 +76,9 @@ impl<S: Simd> Matrices<S> {
     }
 }
 
-/// The best places for the two ends of four edges, before anything is known of the faces: where
-/// both quadrics together are least, or the best of the middle and the ends where that is too far. With
-/// `is_marginal`, errors that the ends remember already cost nothing.
+/// The best positions for four edges, without any knowledge of the faces: the minimum of the sum of both quadrics, or
+/// the best of the midpoint and the ends if the minimum is too far away. With `is_marginal`, errors that the ends have
+/// accumulated cost nothing.
 #[inline(always)]
 pub(super) fn candidates<S: Simd>(
     simd: S,
@@ -93,7 +93,7 @@ pub(super) fn candidates<S: Simd>(
         (f64x4::splat(simd, 0.0), f64x4::splat(simd, 1.0), f64x4::splat(simd, 2.0));
     let half = (b.position - a.position) * f64x4::splat(simd, 0.5);
     let squared_half = half.squared();
-    // As `Quadric::joined`: the sum about the middle.
+    // As in `Quadric::joined`: the sum about the midpoint.
     let (diagonal, mixed) =
         (a.matrix.diagonal + b.matrix.diagonal, a.matrix.mixed + b.matrix.mixed);
     let matrix = Matrices { diagonal, mixed };
@@ -106,7 +106,7 @@ pub(super) fn candidates<S: Simd>(
     let slope = (a.linear - b.linear) * two;
     let constant = made + half.dot(matrix.times(half) + slope);
 
-    // As `Symmetric3::factors`.
+    // As in `Symmetric3::factors`.
     let (d, m) = (diagonal, mixed);
     let damping = (d.x + d.y + d.z) * DAMPING;
     let least_pivot = damping * 0.25;
@@ -163,7 +163,7 @@ mod tests {
     use crate::blocks::lanes::levels;
     use crate::geometry::quadric::Quadric;
 
-    /// Vertices with the quadrics of so many planes each; of one or two, the minimum is not unique.
+    /// Vertices with quadrics of this many planes each. With one or two planes the minimum is not unique.
     fn vertices(count: usize, planes: usize) -> Vec<BlockVertex> {
         let mut random = SplitMix64::new(planes as u64);
         let mut number = || 2.0 * random.uniform() - 1.0;

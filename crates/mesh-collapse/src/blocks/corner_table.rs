@@ -1,8 +1,7 @@
-//! Triangles by their corners: small, without exterior half-edges, for collapses and nothing else.
+//! A compact corner table without exterior half-edges, for collapses only.
 //!
-//! Corner `4 f + i` is the i-th of face f, and at the same time the side from there to the next corner;
-//! every fourth one is none, so that a face lies in one line of a cache. A side knows the one across it,
-//! and the edge that it belongs to.
+//! Corner `4 f + i` is the i-th corner of face f, and also the side from there to the next corner. Every fourth entry
+//! is unused, so that a face fits into a cache line. Each side stores the opposite side across the edge, and the edge.
 //!
 //! ```text
 //!            c                    p: across (b, c)    q: across (c, a)
@@ -21,7 +20,7 @@ pub(super) const NONE: u32 = u32::MAX;
 struct Corner {
     /// The vertex; [`NONE`] where the face is gone.
     vertex: u32,
-    /// The side across, seen from its other end; [`NONE`] at the rim.
+    /// The opposite side of the same edge; [`NONE`] at the rim.
     twin: u32,
 }
 
@@ -32,12 +31,12 @@ impl Corner {
     }
 }
 
-/// The corners of a face, and one that is none.
+/// The corners of a face, and an unused one.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 struct Face([Corner; STRIDE]);
 
-/// Between the first corners of two faces.
+/// The distance between the first corners of consecutive faces.
 pub(super) const STRIDE: usize = 4;
 
 /// The triangles of a part of a manifold.
@@ -46,9 +45,9 @@ pub(super) struct CornerTable {
     faces: Vec<Face>,
     /// The edge of each side.
     edges: Vec<u32>,
-    /// A corner of each edge; [`NONE`] for those that are gone.
+    /// A corner of each edge; [`NONE`] for removed edges.
     of_edge: Vec<u32>,
-    /// The corner of each vertex from which turning counter-clockwise meets all others.
+    /// A corner of each vertex from which counter-clockwise turns reach all other corners of the vertex.
     of_vertex: Vec<u32>,
     left: usize,
 }
@@ -66,7 +65,7 @@ pub(super) fn previous(corner: u32) -> u32 {
 }
 
 impl CornerTable {
-    /// Those of triangles over so many vertices.
+    /// The table of triangles over `vertices` vertices.
     pub(super) fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
         let mut all = Self::unpaired(vertices, triangles);
         all.pair(vertices, triangles);
@@ -74,8 +73,8 @@ impl CornerTable {
         all
     }
 
-    /// The same where the sides are known by their half-edges: those of an edge are an even number and
-    /// the next one, all below a number.
+    /// The table of triangles whose sides have known half-edges. The two half-edges of an edge are an even number and
+    /// the next one, all below `capacity`.
     pub(super) fn of_half_edges(
         vertices: usize,
         triangles: &[[u32; 3]],
@@ -93,7 +92,7 @@ impl CornerTable {
             for (side, &half_edge) in (STRIDE * face..).zip(half_edges) {
                 let twin = side_of[half_edge as usize ^ 1];
                 all.corner_mut(side as u32).twin = twin;
-                // Edges are numbered as they are met.
+                // Edges are numbered in the order of their first side.
                 all.edges[side] = if twin == NONE || twin as usize > side {
                     all.of_edge.push(side as u32);
                     all.of_edge.len() as u32 - 1
@@ -106,7 +105,7 @@ impl CornerTable {
         all
     }
 
-    /// As though nothing were across.
+    /// A table without any opposite sides.
     fn unpaired(vertices: usize, triangles: &[[u32; 3]]) -> Self {
         let face = |&[a, b, c]: &[u32; 3]| {
             let [a, b, c] = [Corner::new(a), Corner::new(b), Corner::new(c)];
@@ -133,10 +132,10 @@ impl CornerTable {
         }
     }
 
-    /// Finds what lies across each side: sides wait in lists at that one of their ends which has fewer,
-    /// so that no list is long.
+    /// Finds the opposite side of each side. Sides wait in a list at the end that has fewer of them, so that no list is
+    /// long.
     fn pair(&mut self, vertices: usize, triangles: &[[u32; 3]]) {
-        /// A side that waits: its end elsewhere, and the next one in the list.
+        /// A waiting side: its other end, and the next side in the list.
         #[derive(Clone, Copy)]
         struct BucketQueue {
             elsewhere: u32,
@@ -186,35 +185,35 @@ impl CornerTable {
         &mut self.faces[corner as usize / STRIDE].0[corner as usize % STRIDE]
     }
 
-    /// The number of faces that are left.
+    /// The number of remaining faces.
     pub(super) fn faces(&self) -> usize {
         self.left
     }
 
-    /// The number of edges there were.
+    /// The original number of edges.
     pub(super) fn edge_capacity(&self) -> usize {
         self.of_edge.len()
     }
 
-    /// A side of an edge; [`NONE`] when it is gone.
+    /// A side of an edge; [`NONE`] for a removed edge.
     #[inline]
     pub(super) fn of_edge(&self, edge: u32) -> u32 {
         self.of_edge[edge as usize]
     }
 
-    /// The vertex of a corner; [`NONE`] when its face is gone.
+    /// The vertex of a corner; [`NONE`] for a removed face.
     #[inline]
     pub(super) fn vertex(&self, corner: u32) -> u32 {
         self.corner(corner).vertex
     }
 
-    /// Where the side that starts at a corner ends.
+    /// The end of the side that starts at a corner.
     #[inline]
     pub(super) fn target(&self, corner: u32) -> u32 {
         self.vertex(next(corner))
     }
 
-    /// The vertex across from a side; [`NONE`] for [`NONE`].
+    /// The vertex opposite to a side; [`NONE`] for [`NONE`].
     #[inline]
     pub(super) fn apex(&self, side: u32) -> u32 {
         if side == NONE { NONE } else { self.vertex(previous(side)) }
@@ -230,30 +229,30 @@ impl CornerTable {
         self.edges[corner as usize]
     }
 
-    /// The first corner at a vertex; [`NONE`] when it has no faces.
+    /// The first corner at a vertex; [`NONE`] if it has no faces.
     #[inline]
     pub(super) fn first_at(&self, vertex: u32) -> u32 {
         self.of_vertex[vertex as usize]
     }
 
-    /// The corner after this one counter-clockwise at the same vertex, before `first` comes again.
+    /// The next corner counter-clockwise at the same vertex, until `first` is reached again.
     #[inline]
     pub(super) fn turn(&self, corner: u32, first: u32) -> Option<u32> {
         let next = self.twin(previous(corner));
         (next != NONE && next != first).then_some(next)
     }
 
-    /// The triangles that are left, by the number of each.
+    /// The remaining triangles, with their indices.
     pub(super) fn triangles(&self) -> impl Iterator<Item = (usize, [u32; 3])> + '_ {
         let faces = self.faces.iter().enumerate();
         let triangles = faces.map(|(i, &Face([a, b, c, _]))| (i, [a.vertex, b.vertex, c.vertex]));
         triangles.filter(|(_, t)| t[0] != NONE)
     }
 
-    /// Merges the vertex at which `side` starts into the one where it ends. `fan` are the corners of the
-    /// former but those of the faces that vanish; `at_rim` tells whether one of the two lies there. The
-    /// caller has made sure that a manifold is left. `merged` hears of each pair of corners of which the
-    /// first takes the place of the second's twin.
+    /// Merges the start vertex of `side` into its end vertex. `fan` are the corners at the start vertex, except those
+    /// of vanishing faces; `at_rim` tells whether one of the two vertices lies at the rim. The caller must ensure that
+    /// the result is a manifold. `merged` receives pairs of corners; the first one takes the place of the twin of the
+    /// second.
     #[inline]
     pub(super) fn collapse(
         &mut self,
@@ -279,7 +278,7 @@ impl CornerTable {
             }
         }
         if at_rim {
-            // Back to the side that has nothing across.
+            // Turn back to the side without an opposite side.
             let found = start;
             while start != NONE && self.twin(start) != NONE {
                 start = next(self.twin(start));
@@ -292,9 +291,9 @@ impl CornerTable {
         self.of_vertex[removed as usize] = NONE;
     }
 
-    /// Takes out the face of `side`, whose other sides are `stays` and `goes`: what is across them is
-    /// then across each other. `from_apex` is the one that starts at the third corner. Returns a
-    /// corner at the vertex that is left, if this face knows one.
+    /// Removes the face of `side`; `stays` and `goes` are its other sides. Their opposite sides become opposite to each
+    /// other. `from_apex` is the side that starts at the third corner. Returns a corner at the remaining vertex, if
+    /// this face determines one.
     #[inline]
     fn close(
         &mut self,
@@ -318,14 +317,14 @@ impl CornerTable {
         self.of_edge[edge as usize] = if p == NONE { q } else { p };
         self.of_edge[gone as usize] = NONE;
         if self.of_vertex[apex as usize] == from_apex {
-            // What follows counter-clockwise at the apex.
+            // The next corner counter-clockwise at the apex.
             self.of_vertex[apex as usize] = self.twin(previous(from_apex));
         }
         for corner in [side, stays, goes] {
             self.corner_mut(corner).vertex = NONE;
         }
         self.left -= 1;
-        // Of the two that are left one starts at the apex, the other one at the vertex that stays.
+        // One of the two remaining sides starts at the apex, the other one at the remaining vertex.
         let leaving = if from_apex == goes { [q, p] } else { [p, q] };
         match leaving {
             [NONE, NONE] => NONE,

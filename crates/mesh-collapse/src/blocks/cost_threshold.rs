@@ -1,37 +1,37 @@
-//! The cost up to which blocks are collapsed, so that together they leave as many faces as wanted.
+//! The cost at which blocks stop, such that together they leave the wanted number of faces.
 
 use crate::blocks::bucket_queue::{BUCKETS, bucket};
 use crate::blocks::rules::Rules;
 
-/// A cost up to which all blocks of a pass are collapsed, to a ninth part of it; some of them, evenly spread, may
-/// go one such part higher, so that the number of faces can be met more closely than by a cost.
+/// A cost at which all blocks of a pass stop, with a resolution of one ninth. A share of the blocks, evenly spread, may
+/// go one such step higher, so that the number of faces is met more closely.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CostThreshold {
     #[cfg_attr(feature = "serde", serde(deserialize_with = "checked::bucket"))]
     bucket: usize,
-    /// So many of 65,536 blocks go up to the next bucket.
+    /// The share of the blocks that go up to the next bucket, as a number of 65,536.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "checked::share"))]
     higher: u32,
-    /// The place of the first block among those.
+    /// The place of the first block in this sequence.
     #[cfg_attr(feature = "serde", serde(skip))]
     first: u32,
 }
 
-/// The shares of blocks that go higher are counted in these parts.
+/// The unit of these shares.
 const WHOLE: u32 = 1 << 16;
 
-/// How many faces a block has, and how many of them go at which costs.
+/// The number of faces of a block, and the number that is removed at each cost.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Forecast {
     faces: u64,
-    /// By bucket, from the cheapest up.
+    /// Numbers of removed faces by bucket, in ascending order.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "checked::counts"))]
     gone: Vec<(usize, u32)>,
 }
 
-/// Numbers that were read from a file, in their ranges.
+/// Checks numbers from files against their ranges.
 #[cfg(feature = "serde")]
 mod checked {
     use serde::de::{Deserialize, Deserializer, Error};
@@ -68,7 +68,7 @@ impl Forecast {
         Self { faces: faces as u64, gone: Vec::new() }
     }
 
-    /// Those of some blocks as that of a whole with so many faces.
+    /// The forecast of a whole with this many faces, summed over some of its blocks.
     pub(super) fn of_all(blocks: &[Self], faces: u64) -> Self {
         let mut gone = std::collections::BTreeMap::<usize, u64>::new();
         for &(bucket, count) in blocks.iter().flat_map(|block| &block.gone) {
@@ -95,9 +95,9 @@ impl Forecast {
 }
 
 impl CostThreshold {
-    /// Nothing collapses.
+    /// No collapses.
     pub const NONE: Self = Self::of(0);
-    /// Everything collapses that can.
+    /// All possible collapses.
     pub const ALL: Self = Self::of(BUCKETS);
 
     const fn of(bucket: usize) -> Self {
@@ -110,14 +110,14 @@ impl CostThreshold {
         Self::of(bucket(cost * rules.scale))
     }
 
-    /// The highest one that, as these blocks tell, leaves at least this share of all faces; what was
-    /// collapsed to a threshold itself tells nothing of higher ones.
+    /// The highest threshold that, according to these forecasts, leaves at least this share of all faces. A block that
+    /// was collapsed up to a threshold gives no information about higher ones.
     #[must_use]
     pub fn leaving(share: f64, blocks: &[&Forecast]) -> Self {
         Self::of(Self::closest(share, blocks).bucket)
     }
 
-    /// As [`CostThreshold::leaving`], with as many blocks one part higher as it takes to leave just this share.
+    /// As [`CostThreshold::leaving`], with a number of blocks one step higher, such that just this share is left.
     #[must_use]
     pub fn closest(share: f64, blocks: &[&Forecast]) -> Self {
         let mut gone = vec![0_u64; BUCKETS];
@@ -137,16 +137,16 @@ impl CostThreshold {
         Self::ALL
     }
 
-    /// The same for one of many flat meshes: blocks that go higher are spread evenly over all of them.
+    /// The threshold for flat mesh `number` of several: the blocks that go higher are spread evenly over all of them.
     #[must_use]
     pub fn for_sheet(self, number: u32) -> Self {
-        // Steps of the golden section of 65,536; that many more blocks are the same again.
+        // Steps of the golden ratio of 65,536. The sequence repeats after that number of blocks.
         Self { first: number.wrapping_mul(40_503), ..self }
     }
 
     /// The threshold of one of the blocks of a flat mesh.
     pub(super) fn of_region(self, block: usize) -> Self {
-        // So that of any number of blocks in a row the right share goes higher.
+        // In any sequence of blocks, the right share goes higher.
         let until = |place: u64| place * u64::from(self.higher) / u64::from(WHOLE);
         let place = u64::from(self.first) + block as u64;
         Self::of(self.bucket + usize::from(until(place + 1) > until(place)))
@@ -161,7 +161,7 @@ impl CostThreshold {
 mod tests {
     use super::*;
 
-    /// Of so many faces, as many go at each bucket as are named.
+    /// A forecast with these numbers of removed faces by bucket.
     fn forecast(faces: usize, gone: &[(usize, u32)]) -> Forecast {
         let mut forecast = Forecast::of(faces);
         gone.iter().for_each(|&(bucket, count)| forecast.add(bucket, count));
@@ -183,13 +183,13 @@ mod tests {
     fn a_ceiling_leaves_at_least_the_share_and_the_closest_one_just_that() {
         let [one, other] = [forecast(100, &[(3, 20), (5, 40)]), forecast(100, &[(2, 10), (5, 40)])];
         let both = [&one, &other];
-        // 30 of 200 go below 5, and 80 at 5.
+        // 30 of 200 faces are removed below bucket 5, and 80 in bucket 5.
         assert_eq!(CostThreshold::leaving(0.86, &both), CostThreshold::of(3));
         assert_eq!(CostThreshold::leaving(0.85, &both), CostThreshold::of(5));
         assert_eq!(CostThreshold::leaving(0.46, &both), CostThreshold::of(5));
         assert_eq!(CostThreshold::leaving(0.45, &both), CostThreshold::ALL);
         assert_eq!(CostThreshold::leaving(1.0, &both), CostThreshold::of(2));
-        // A quarter of the blocks does what goes at 5, for 20 of the 80.
+        // A quarter of the blocks includes bucket 5, which removes 20 of the 80 faces.
         let closest = CostThreshold::closest(0.75, &both);
         assert_eq!((closest.bucket, closest.higher), (5, WHOLE / 4));
         for first in [0, 1, 77] {
@@ -198,7 +198,7 @@ mod tests {
             assert_eq!(places.len(), 100);
             assert!(places.windows(2).all(|pair| pair[1] - pair[0] == 4), "{places:?}");
         }
-        // Other flat meshes begin elsewhere, and as many of their first blocks go higher.
+        // Other flat meshes start elsewhere, and the same share of their first blocks goes higher.
         let firsts = (0..400).filter(|&i| closest.for_sheet(i).of_region(0).bucket == 6);
         assert!((95..=105).contains(&firsts.count()));
         assert_eq!(CostThreshold::ALL.of_region(3), CostThreshold::ALL);

@@ -1,10 +1,9 @@
-//! The faces round an edge, and whether they stand its collapse.
+//! The faces around an edge, and the tests whether its collapse is allowed.
 //!
-//! What stays round an end of the edge is a fan of faces over a row of points, the neighbours in order:
-//! at an interior vertex one row from the one apex of the edge to the other, at the rim up to
-//! two. All rows come one after the other, and behind each a point that is not a number, so that the
-//! faces between two points that follow each other are looked at four at a time, and comparisons fail
-//! for those that there are not.
+//! The remaining faces around an end of the edge form a fan over a row of points: the neighbours in order. An interior
+//! vertex has one row, from one apex of the edge to the other; a vertex at the rim has up to two. All rows are stored
+//! one after the other, each followed by a NaN point. So the faces between consecutive points can be processed four at
+//! a time, and comparisons are false for faces that do not exist.
 
 use fearless_simd::f64x4;
 use fearless_simd::prelude::*;
@@ -17,34 +16,34 @@ use crate::blocks::rules::Rules;
 use crate::engine::valence::MOST_EDGES;
 use crate::rejection::Rejection;
 
-/// The faces round an edge.
+/// The faces around an edge.
 #[derive(Debug)]
 pub(super) struct Patch {
-    /// By point: where it is relative to the middle of the edge, and which end its row belongs to, as a
+    /// For each point, its position relative to the midpoint of the edge, and the end that its row belongs to, as a
     /// multiple of half the edge.
     points: Vec<Row>,
     count: usize,
-    /// Half the edge.
+    /// Half the edge vector.
     half: DVec3,
-    /// The third corners of the faces that vanish, relative to the middle.
+    /// The apexes of the vanishing faces, relative to the midpoint.
     apexes: [Option<DVec3>; 2],
-    /// The corners at the end that goes, but those of faces that vanish.
+    /// The corners at the removed end, except corners of vanishing faces.
     fan: Vec<u32>,
     /// Whether one of the ends lies at the rim.
     at_rim: bool,
     /// Whether edges at the neighbours were rejected.
     any_refused: bool,
-    /// Patches so far.
+    /// The number of patches so far.
     number: u32,
 }
 
 /// No point.
 const GAP: Row = [f64::NAN; LANES];
 
-/// More points than the ends of an edge have, with gaps.
+/// An upper limit of the number of points, with gaps.
 const MOST_POINTS: usize = 2 * MOST_EDGES as usize + 4 * LANES;
 
-/// Four faces that stay.
+/// Four remaining faces.
 struct Fours<S: Simd> {
     /// The corner at an end of the edge, as a multiple of half the edge.
     end: f64x4<S>,
@@ -52,9 +51,9 @@ struct Fours<S: Simd> {
     third: Vectors<S>,
 }
 
-/// The faces that stay, four at a time.
+/// The remaining faces, four at a time.
 struct Faces<'a, S: Simd> {
-    /// The columns of the last points that were looked at.
+    /// The columns of the current four points.
     now: [f64x4<S>; LANES],
     rest: &'a [[Row; LANES]],
 }
@@ -71,19 +70,19 @@ impl<S: Simd> Faces<'_, S> {
     }
 }
 
-/// Where to walk around one end of an edge.
+/// The start and end of a walk around one end of an edge.
 struct Round<S: Simd> {
-    /// The corners at the end in the faces that vanish, counter-clockwise before and after the edge.
+    /// The corners at the end in the vanishing faces, counter-clockwise before and after the edge.
     start: u32,
     stop: u32,
-    /// What is subtracted from the points.
+    /// The origin, which is subtracted from the points.
     center: f64x4<S>,
 }
 
-/// What a walk round an end has met.
+/// The result of a walk around an end.
 struct Walk {
     is_closed: bool,
-    /// Whether one of the points was met around the other end too, and is no apex.
+    /// Whether a point that is not an apex was also visited around the other end.
     meets: bool,
     any_refused: bool,
 }
@@ -102,7 +101,7 @@ impl Patch {
         }
     }
 
-    /// The corners at the end that goes, but those of faces that vanish.
+    /// The corners at the removed end, except corners of vanishing faces.
     pub(super) fn fan(&self) -> &[u32] {
         &self.fan
     }
@@ -117,8 +116,7 @@ impl Patch {
         self.any_refused
     }
 
-    /// Brings the faces together, and finds out whether the edge may collapse as far as the other edges
-    /// matter.
+    /// Collects the faces, and tests the conditions that depend on connectivity.
     #[inline(always)]
     pub(super) fn gather<S: Simd>(
         &mut self,
@@ -147,7 +145,7 @@ impl Patch {
         let round = Round { start: twin, stop: next(side), center };
         let second = self.walk::<S, false>(corners, vertices, &round, apexes);
         self.any_refused = first.any_refused || second.any_refused;
-        // The last block of faces looks at the points of the one after it too.
+        // The last block of faces also reads the points of the block after it.
         self.points[self.count..self.count + 2 * LANES].fill(GAP);
         self.at_rim = !first.is_closed || !second.is_closed;
         if second.meets {
@@ -194,7 +192,7 @@ impl Patch {
             self.push(GAP);
         }
         if !walk.is_closed && stop != NONE {
-            // The other way round, to the other side at the rim.
+            // Turn the other way, to the other side at the rim.
             let first = self.count;
             let mut corner = stop;
             loop {
@@ -241,8 +239,8 @@ impl Patch {
         self.count += 1;
     }
 
-    /// The vector sum of the doubled areas of all faces, the sum of its product with a corner of each,
-    /// and the sum of its square.
+    /// The sum of the doubled vector areas of all faces, the sum of the dot products of each with a corner, and the sum
+    /// of their squares.
     #[inline(always)]
     pub(super) fn volume<S: Simd>(&self, simd: S) -> (DVec3, f64, f64) {
         let zero = f64x4::splat(simd, 0.0);
@@ -271,15 +269,15 @@ impl Patch {
         volume
     }
 
-    /// Whether the faces stand the collapse of the edge to a place.
+    /// Whether the faces allow the collapse of the edge to a position.
     #[inline(always)]
     pub(super) fn check<S: Simd>(&self, simd: S, x: DVec3, rules: &Rules) -> Result<(), Rejection> {
         let half = Vectors::splat(simd, self.half);
         let place = Vectors::splat(simd, x);
-        // Compared by the squares, with their signs.
+        // Cosines are compared by their squares with sign.
         let min_cosine = rules.min_cosine.unwrap_or(-2.0);
         let min_cosine = f64x4::splat(simd, min_cosine * min_cosine.abs());
-        // Nothing is below what is not a number.
+        // Comparisons with NaN are false, so this disables the limit.
         let min_shape = rules.min_shape.unwrap_or(f64::NAN);
         let min_shape = f64x4::splat(simd, min_shape * min_shape / 12.0);
         let mut any_thin = false;
@@ -303,7 +301,7 @@ impl Patch {
         Ok(())
     }
 
-    /// The faces that stay.
+    /// The remaining faces.
     #[inline(always)]
     fn faces<S: Simd>(&self, simd: S) -> Faces<'_, S> {
         let (blocks, _) = self.points[..self.count + 2 * LANES].as_chunks::<LANES>();
@@ -311,7 +309,7 @@ impl Patch {
         Faces { now: columns(simd, [a, b, c, d]), rest: &blocks[1..] }
     }
 
-    /// The faces that vanish.
+    /// The vanishing faces.
     fn vanishing(&self) -> impl Iterator<Item = [DVec3; 3]> {
         let half = self.half;
         let ends = [[-half, half], [half, -half]];
@@ -319,7 +317,7 @@ impl Patch {
         faces.filter_map(|(apex, [a, b])| apex.map(|c| [a, b, c]))
     }
 
-    /// Whether, with some face thinner than it may be, none is thinner than the thinnest was before.
+    /// Whether no face becomes thinner than the thinnest face was before; for patches with a face below the limit.
     #[cold]
     #[inline(never)]
     fn is_no_thinner(&self, x: DVec3, min_shape: Option<f64>) -> bool {
@@ -328,7 +326,7 @@ impl Patch {
         for pair in self.points[..self.count].windows(2) {
             let own = self.half * pair[0][3];
             let [second, third] = [pair[0], pair[1]].map(point);
-            // The smaller one, that of a gap being no number.
+            // `min` ignores the NaN of a gap.
             worst = worst.min(squared_shape([x, second, third]));
             before = before.min(squared_shape([own, second, third]));
         }
@@ -338,10 +336,10 @@ impl Patch {
     }
 }
 
-/// The square of what [`ShapeConstraint`](crate::ShapeConstraint) calls the shape of a face.
+/// The square of the shape of a face, as defined by [`ShapeConstraint`](crate::ShapeConstraint).
 fn squared_shape([a, b, c]: [DVec3; 3]) -> f64 {
     let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
-    // Twice the area of an equilateral triangle is half a squared side times the root of 3.
+    // Twice the area of an equilateral triangle is half a squared side times the square root of 3.
     let squared_equilateral = sides * sides / 12.0;
     if squared_equilateral == 0.0 {
         return 0.0;
@@ -367,7 +365,7 @@ mod tests {
         [hills, ball].map(|soup: PolygonSoup| TriMesh::from_soup(&soup).unwrap())
     }
 
-    /// What is found out by walking around the ends is what the list of all triangles says.
+    /// The walks around the ends find the same faces as a search through all triangles.
     #[test]
     fn patches_are_the_triangles_round_an_edge() {
         let mut outcomes = std::collections::BTreeMap::<_, usize>::new();
@@ -424,7 +422,7 @@ mod tests {
                         let checked = gathered.and_then(|()| patch.check(simd, shift, &rules));
                         (checked, patch.volume(simd))
                     });
-                    // What links are short for is another matter.
+                    // The expected result does not include the link condition.
                     if found != Err(Rejection::LinkCondition) && found != Err(Rejection::LastFace) {
                         assert_eq!(found, expected, "{side}");
                     }

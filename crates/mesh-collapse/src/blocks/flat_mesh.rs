@@ -8,24 +8,24 @@ use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId, paralle
 use crate::blocks::rank_order::in_order;
 use crate::geometry::quadric::Quadric;
 
-/// Vertices and triangles without gaps, and where they come from; before the first pass, those of
-/// the mesh itself, which has gaps where it has removed elements.
+/// Vertices and triangles without gaps, with their ids in the original. Before the first pass it refers to the mesh
+/// itself, including the gaps of removed elements.
 #[derive(Clone, Debug)]
 pub struct FlatMesh<'a> {
-    /// The mesh before anything has collapsed; then everything else but the positions is empty.
+    /// The mesh before any collapse. While it is set, everything except the positions is empty.
     pub(super) whole: Option<&'a TriMesh>,
     pub(super) positions: Cow<'a, [DVec3]>,
-    /// What each vertex remembers of the faces that it stands for, about its position.
+    /// The accumulated quadric of each vertex, about its position.
     pub(super) quadrics: Vec<Quadric>,
-    /// The vertex of the original.
+    /// The id of each vertex in the original.
     pub(super) vertex_ids: Vec<u32>,
     pub(super) triangles: Vec<[u32; 3]>,
-    /// The face of the original that is left.
+    /// The id of each face in the original.
     pub(super) face_ids: Vec<u32>,
-    /// The half-edges of the original that are left of the sides of each face, if collapses are
-    /// recorded.
+    /// The half-edges of the original at the sides of each face, if collapses are recorded.
     pub(super) half_edges: Vec<[u32; 3]>,
-    /// So many of the last vertices belong elsewhere: neither they nor those next to them move.
+    /// The number of held vertices, which are the last ones. They belong elsewhere; neither they nor their neighbours
+    /// move.
     pub(super) held: usize,
 }
 
@@ -81,7 +81,7 @@ impl<'a> FlatMesh<'a> {
         })
     }
 
-    /// The half-edges of the original that are left of the sides of a face.
+    /// The half-edges of the original at the sides of a face.
     #[inline]
     pub(super) fn half_edges(&self, face: usize) -> [u32; 3] {
         match self.whole {
@@ -100,12 +100,12 @@ impl<'a> FlatMesh<'a> {
         if self.whole.is_some() { face as u32 } else { self.face_ids[face] }
     }
 
-    /// The vertices that may be collapsed: those that are not held.
+    /// The vertices that may be collapsed: all except the held ones.
     pub(super) fn own_vertices(&self) -> impl Iterator<Item = u32> + '_ {
         self.vertices().take(self.vertex_capacity() - self.held)
     }
 
-    /// The mesh that the flat mesh is: vertices and faces in the order of the original.
+    /// The flat mesh as a mesh, with vertices and faces in the order of the original.
     #[must_use]
     pub fn to_mesh(&self) -> TriMesh {
         self.to_ordered_mesh().mesh
@@ -134,33 +134,32 @@ impl<'a> FlatMesh<'a> {
     }
 }
 
-/// A part of a mesh that is collapsed by itself, as arrays: what a [`FlatMesh`] is made of, and what is left of it.
+/// A part of a mesh that is collapsed separately, as arrays. A [`FlatMesh`] is made from it and can be turned back into
+/// it.
 ///
-/// It has every face with a corner among its own vertices. The vertices after these belong elsewhere and
-/// are there for the sake of these faces: neither they nor those next to them move, so what is done
-/// with one part is no matter to another.
+/// It contains every face with a corner among its own vertices. The vertices after the own ones belong elsewhere, and
+/// are included only as corners of these faces. Neither they nor their neighbours move, so the parts do not affect each
+/// other.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Fragment {
-    /// Where the vertices are, its own ones first.
+    /// Positions of the vertices, the own ones first.
     pub positions: Vec<DVec3>,
-    /// How many of the vertices are its own.
+    /// Number of own vertices.
     pub own: usize,
-    /// What each of its own vertices remembers of the faces that it stands for, about its position;
-    /// nothing before the first pass.
+    /// The accumulated quadric of each own vertex, about its position; empty before the first pass.
     pub quadrics: Vec<Quadric>,
     /// The faces, by vertices.
     pub triangles: Vec<[u32; 3]>,
-    /// For a part that was made of another one: the number that each vertex had there.
+    /// For a part made from another one, the index of each vertex there.
     pub vertex_ids: Vec<u32>,
 }
 
 impl FlatMesh<'static> {
-    /// A part of a mesh before a pass; its vertex ids are the places in it, whatever it had before.
+    /// A part of a mesh before a pass. Its vertex ids are indices into this part; earlier ids are dropped.
     ///
     /// # Panics
-    /// A triangle has a vertex that is not there, or the number of quadrics is neither zero nor that
-    /// of the own vertices.
+    /// A triangle has an invalid vertex, or the number of quadrics is neither zero nor the number of own vertices.
     #[must_use]
     pub fn from_fragment(fragment: Fragment) -> Self {
         let Fragment { positions, own, mut quadrics, triangles, vertex_ids: _ } = fragment;
@@ -183,7 +182,7 @@ impl FlatMesh<'static> {
         }
     }
 
-    /// Numbers the sides of the faces as the mesh does that the flat mesh is, so that collapses can be recorded.
+    /// Numbers the sides of the faces as the mesh of this flat mesh does, so that collapses can be recorded.
     pub fn number_half_edges(&mut self) {
         #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
         let topology = Topology::from_triangles(self.positions.len(), &self.triangles)
@@ -192,8 +191,7 @@ impl FlatMesh<'static> {
         self.half_edges = topology.faces().map(sides).collect();
     }
 
-    /// What the flat mesh is, as arrays; the vertex ids are places in the fragment that the first flat mesh was
-    /// made from.
+    /// The flat mesh as arrays. The vertex ids are indices into the fragment that the first flat mesh was made from.
     #[must_use]
     pub fn into_fragment(self) -> Fragment {
         let Self { positions, mut quadrics, vertex_ids, triangles, held, .. } = self;
@@ -204,7 +202,7 @@ impl FlatMesh<'static> {
     }
 }
 
-/// A flat mesh as a mesh, with the numbers in the original and in the flat mesh of its vertices and faces.
+/// A flat mesh as a mesh, with pairs of the original id and the flat-mesh id of its vertices and faces.
 pub(super) struct Ordered {
     pub(super) mesh: TriMesh,
     pub(super) vertices: Vec<(u32, u32)>,

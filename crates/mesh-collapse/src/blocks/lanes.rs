@@ -1,6 +1,6 @@
-//! Four vectors side by side.
+//! Four vectors in parallel.
 //!
-//! No closures here nor where they are used: these would be compiled for the plainest processor.
+//! Neither this module nor its users may use closures here: these would be compiled for the baseline processor.
 
 use core::ops::{Add, Mul, Sub};
 
@@ -8,10 +8,10 @@ use fearless_simd::f64x4;
 use fearless_simd::prelude::*;
 use glam::DVec3;
 
-/// How many there are.
+/// The number of lanes.
 pub(super) const LANES: usize = 4;
 
-/// Four numbers of something, for the memory.
+/// Four numbers in memory.
 pub(super) type Row = [f64; LANES];
 
 /// Four vectors, coordinate by coordinate.
@@ -43,7 +43,7 @@ impl<S: Simd> Vectors<S> {
         Self { x, y, z }
     }
 
-    /// The first three of some columns.
+    /// The first three of four columns.
     #[inline(always)]
     pub(super) fn of([x, y, z, _]: [f64x4<S>; LANES]) -> Self {
         Self { x, y, z }
@@ -68,14 +68,14 @@ impl<S: Simd> Vectors<S> {
         }
     }
 
-    /// The last three of these and the first of others.
+    /// The last three vectors of these, followed by the first of others.
     #[inline(always)]
     pub(super) fn following(self, others: Self) -> Self {
         let (x, y) = (self.x.slide::<1>(others.x), self.y.slide::<1>(others.y));
         Self { x, y, z: self.z.slide::<1>(others.z) }
     }
 
-    /// Of each two vectors, the first where the mask is set.
+    /// For each lane, the first vector if the mask is set, otherwise the second.
     #[inline(always)]
     pub(super) fn select(mask: <f64x4<S> as SimdBase<S>>::Mask, then: Self, or: Self) -> Self {
         Self {
@@ -113,7 +113,7 @@ impl<S: Simd> Mul<f64x4<S>> for Vectors<S> {
     }
 }
 
-/// Every kind of vector instructions that this processor has.
+/// All levels of vector instructions of this processor.
 #[cfg(test)]
 pub(super) fn levels() -> Vec<fearless_simd::Level> {
     let best = fearless_simd::Level::new();

@@ -1,25 +1,25 @@
-//! Collapses in blocks: side by side, each in the cache of one core, with the same bits on any number
-//! of cores.
+//! Collapses in blocks: parallel, each block in the cache of one core, with bit-identical results for any number of
+//! cores.
 //!
-//! **In:** a mesh, rules, a number of faces. **Out:** a mesh without gaps, what each vertex has become, and
-//! on demand the collapses as a log of the mesh that was given.
+//! **Input:** a mesh, rules, a number of faces. **Output:** a mesh without gaps, the resulting vertex for each vertex,
+//! and on request the collapses as a log of the input mesh.
 //!
-//! A run is a row of passes. Each cuts the mesh by a partition that depends on its positions alone,
-//! looks at a few of the blocks to tell which cost leaves as many faces as the pass is to leave, collapses
-//! all up to that cost, and puts them together again. The last part is done in one piece, in the order of
-//! costs over the whole mesh.
+//! A run is a sequence of passes. Each pass cuts the mesh by a partition that depends only on its positions, samples a
+//! few blocks to estimate the cost that leaves the wanted number of faces, collapses all blocks up to that cost, and
+//! joins them. The last part is collapsed in one piece, in the order of costs over the whole mesh.
 //!
 //! Invariants:
 //!
-//! - An edge collapses in a block only if all faces around both of its ends belong to vertices of that
-//!   block. So collapses of different blocks neither see nor touch each other, and may be put into any
-//!   order that keeps the order within each.
-//! - Vertices and faces keep the numbers of the original beside their own, and sides their half-edges as
-//!   `mesh_core` would renumber them: the log replays, to the same bits.
+//! - An edge collapses in a block only if all faces around both of its ends belong to vertices of that block. So
+//!   collapses of different blocks are independent, and may be merged in any order that keeps the order within each
+//!   block.
+//! - Vertices and faces keep their ids of the original in addition to their own, and sides keep their half-edges as
+//!   `mesh_core` would renumber them. So the log can be replayed, with bit-identical results.
 //!
-//! Uses `collapse` and no other room.
+//! Uses the other modules of this crate for quadrics, constraints and records. The caller of `block_greedy` passes the
+//! greedy loop.
 //!
-//! The pieces can be used by themselves, to do blocks one by one, elsewhere, or from a disk:
+//! The parts can be used separately, to process blocks one by one, on other machines, or from a disk:
 //!
 //! ```
 //! use mesh_core::TriMesh;

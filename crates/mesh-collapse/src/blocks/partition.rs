@@ -1,8 +1,7 @@
-//! Which vertices are collapsed together: pieces of space with equally many vertices each.
+//! The partition of the vertices into blocks: pieces of space with equal numbers of vertices.
 //!
-//! Space is halved again and again, across the longest side of what is left, where that halves the
-//! vertices. Each pass halves in other directions than the one before, so that its rims lie across the old
-//! ones. The pieces depend on the positions alone.
+//! Each piece is halved across its longest side, at the median of its vertices. Each pass uses other directions than
+//! the one before, so that its block borders cross the earlier ones. The pieces depend only on the positions.
 
 use glam::{DMat3, DVec3};
 use mesh_core::parallel;
@@ -12,9 +11,9 @@ use crate::blocks::flat_mesh::FlatMesh;
 /// The vertices of a flat mesh in blocks of equal size; only the last may be smaller.
 #[derive(Clone, Debug)]
 pub struct Partition {
-    /// The vertices, block by block, but those that are held.
+    /// The vertices, block by block, without the held ones.
     order: Vec<u32>,
-    /// By vertex: its place in the order; far beyond it for those that are held.
+    /// The place of each vertex in this order; for held vertices, a number far beyond its end.
     rank: Vec<u32>,
     /// The binary logarithm of the number of vertices of each block.
     shift: u32,
@@ -28,12 +27,13 @@ pub struct Partition {
 #[derive(Clone, Debug)]
 struct Lists {
     faces: Vec<u32>,
-    /// Where each list begins, and where the last one ends.
+    /// The start of each list, and the end of the last one.
     starts: Vec<u32>,
 }
 
 impl Lists {
-    /// So many lists of faces that come with the number of their list, twice in the same order.
+    /// Builds `lists` lists from pairs of a face and the number of its list. The iterator is run twice, and must give
+    /// the same order.
     fn new<I: Iterator<Item = (u32, usize)>>(lists: usize, faces: impl Fn() -> I) -> Self {
         let mut starts = vec![0; lists + 1];
         faces().for_each(|(_, list)| starts[list] += 1);
@@ -55,20 +55,20 @@ impl Lists {
     }
 }
 
-/// A vertex and where it is, in the directions of the pass.
+/// A vertex and its coordinates in the directions of the pass.
 #[derive(Clone, Copy, Debug)]
 struct Site {
     at: [f32; 3],
     vertex: u32,
 }
 
-/// Protected of faces that have corners in several blocks, and of those that are in none.
+/// Marks of faces with corners in several blocks, and of faces in no block.
 const MIXED: u32 = u32::MAX;
 const GONE: u32 = u32::MAX - 1;
 
-/// The binary logarithm of the number of vertices of a block: as many as the cache of one core holds.
+/// The binary logarithm of the number of vertices of a block, which fits into the cache of one core.
 const REGION: u32 = 12;
-/// That of a block that holds everything.
+/// The binary logarithm of the size of a block that holds everything.
 const WHOLE: u32 = 31;
 
 impl FlatMesh<'_> {
@@ -80,12 +80,12 @@ impl FlatMesh<'_> {
 }
 
 impl Partition {
-    /// One block.
+    /// A partition with a single block.
     pub(super) fn whole(flat: &FlatMesh<'_>) -> Self {
         Self::new(flat, WHOLE, 0)
     }
 
-    /// The blocks of two to the power of `shift` vertices in pass number `pass`.
+    /// The blocks of 2^`shift` vertices in pass `pass`.
     fn new(flat: &FlatMesh<'_>, shift: u32, pass: usize) -> Self {
         let directions = directions(pass);
         let center = flat.vertices().next().map_or(DVec3::ZERO, |v| flat.positions[v as usize]);
@@ -117,7 +117,7 @@ impl Partition {
                 let [a, b, c] = regions_of(face as usize).unwrap_or_default();
                 let others = [(b != a).then_some(b), (c != a && c != b).then_some(c)];
                 let all = core::iter::once(a).chain(others.into_iter().flatten());
-                // What is held is in none.
+                // Held vertices are in no block.
                 all.filter(|&block| (block as usize) < blocks)
                     .map(move |block| (face, block as usize))
             })
@@ -133,12 +133,12 @@ impl Partition {
         self.order.len().div_ceil(1 << self.shift)
     }
 
-    /// One block in so many, but no fewer than `fewest`, in ascending order: evenly spread, and none at the ends.
+    /// One block in `one_in`, but at least `fewest`, in ascending order, evenly spread, and none at the ends.
     pub(super) fn some(&self, one_in: usize, fewest: usize) -> Vec<usize> {
         evenly(self.blocks(), one_in, fewest)
     }
 
-    /// The place in the order where a block begins.
+    /// The place in the order at which a block starts.
     pub(super) fn first(&self, block: usize) -> usize {
         block << self.shift
     }
@@ -154,7 +154,7 @@ impl Partition {
         self.inner.get(block)
     }
 
-    /// The faces with some of their corners in a block.
+    /// The faces with some, but not all, corners in a block.
     pub(super) fn mixed(&self, block: usize) -> &[u32] {
         self.mixed.get(block)
     }
@@ -173,14 +173,14 @@ fn evenly(of: usize, one_in: usize, fewest: usize) -> Vec<usize> {
     (0..count).map(|i| (2 * i + 1) * of / (2 * count)).collect()
 }
 
-/// Orthogonal directions, others in every pass.
+/// Orthogonal directions, different in every pass.
 fn directions(pass: usize) -> DMat3 {
-    // No two of the first thousand are alike.
+    // The first thousand are all different.
     let angle = 0.785 * pass as f64;
     DMat3::from_rotation_z(angle) * DMat3::from_rotation_x(0.6 * angle)
 }
 
-/// Brings the sites into an order in which those of each block follow each other.
+/// Sorts the sites so that the sites of each block are consecutive.
 fn halve(sites: &mut [Site], size: usize) {
     let blocks = sites.len().div_ceil(size);
     if blocks < 2 {
@@ -201,7 +201,7 @@ fn halve(sites: &mut [Site], size: usize) {
             },
         );
     let middle = blocks / 2 * size;
-    // Places that are equal come in the order of the vertices.
+    // Sites with equal coordinates are sorted by vertex.
     sites.select_nth_unstable_by(middle, |a, b| {
         a.at[axis].total_cmp(&b.at[axis]).then(a.vertex.cmp(&b.vertex))
     });
@@ -245,7 +245,7 @@ mod tests {
             let gaps: Vec<usize> = some.windows(2).map(|pair| pair[1] - pair[0]).collect();
             let gap = of / some.len();
             assert!(gaps.iter().all(|&g| (gap..=gap + 1).contains(&g)), "{of}: {some:?}");
-            // At each end half of what lies between two.
+            // The gap at each end is half of the gap between two.
             let ends = [some[0], of - 1 - some[some.len() - 1]];
             assert!(ends.iter().all(|&end| 2 * end <= gap + 1 && 2 * end + 2 >= gap), "{some:?}");
         }

@@ -1,4 +1,4 @@
-//! What is left of all blocks, put together: the mesh, and the order of the collapses.
+//! The join of all blocks after a pass, and the order of their collapses.
 
 use std::borrow::Cow;
 
@@ -11,26 +11,25 @@ use crate::blocks::flat_mesh::FlatMesh;
 use crate::blocks::rules::Rules;
 use crate::record::log::LogEntry;
 
-/// The fewest faces of a mesh that are worth being cut into blocks. In one of fewer, rims stand out, and as one
-/// piece it knows what lies across its sides; and it takes longer to look at some of few blocks beforehand than
-/// is gained.
+/// The smallest number of faces that is cut into blocks. In a smaller mesh, block borders would be visible, the
+/// collapse in one piece works across them, and sampling one of few blocks takes longer than it saves.
 const FEWEST: usize = 75_000;
-/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
+/// A pass leaves at least one in this many faces. With fewer, block borders would become visible.
 const PASS: usize = 4;
-/// So many times the faces that are wanted are collapsed in one piece.
+/// The ratio to the wanted number of faces below which the mesh is collapsed in one piece.
 const LAST: f64 = 1.25;
-/// Blocks of which one is looked at beforehand.
+/// One in this many blocks is sampled.
 pub(super) const FORECAST: usize = 16;
-/// The fewest that are.
+/// The smallest number of sampled blocks.
 pub(super) const LEAST_ASKED: usize = 2;
 
-/// How many faces are for the last piece where `target` are wanted in the end.
+/// The number of faces at which the collapse in one piece starts, for a target of `target` faces.
 pub(super) fn last_piece(target: usize) -> usize {
     (LAST * target as f64) as usize
 }
 
-/// How many of the faces that there are a pass is to leave where the last one leaves `end`; `None` when no other
-/// pass is worth it. `fewest_again` are the fewest faces that are cut into blocks once more.
+/// The number of faces that a pass should leave if the last pass leaves `end`; `None` if another pass is not
+/// worthwhile. `fewest_again` is the smallest number of faces that is cut into blocks again.
 pub(super) fn aim(pass: usize, faces: usize, end: usize, fewest_again: usize) -> Option<usize> {
     let fewest = if pass == 0 { FEWEST } else { fewest_again };
     let aim = end.max(faces / PASS);
@@ -38,7 +37,7 @@ pub(super) fn aim(pass: usize, faces: usize, end: usize, fewest_again: usize) ->
 }
 
 impl FlatMesh<'static> {
-    /// Puts all blocks of a flat mesh together again, in the order in which they were cut out.
+    /// Joins all blocks of a flat mesh, in the order in which they were cut out.
     #[must_use]
     pub fn join(blocks: Vec<Reduced>) -> Self {
         let largest = blocks.iter().flat_map(|block| &block.vertices).max();
@@ -46,7 +45,7 @@ impl FlatMesh<'static> {
         Self::join_all(blocks, capacity)
     }
 
-    /// The same, for a flat mesh with so many vertices.
+    /// [`FlatMesh::join`] for a flat mesh with `capacity` vertices.
     fn join_all(blocks: Vec<Reduced>, capacity: usize) -> Self {
         let mut number = vec![u32::MAX; capacity];
         let left = blocks.iter().flat_map(|block| &block.vertices);
@@ -84,7 +83,7 @@ impl FlatMesh<'static> {
     }
 }
 
-/// One list of all. What has been put together is given back, so that nothing is there twice.
+/// Concatenates lists. Each list is freed once it is copied, to save memory.
 fn joined<T>(lists: Vec<Vec<T>>) -> Vec<T> {
     let mut all = Vec::with_capacity(lists.iter().map(Vec::len).sum());
     lists.into_iter().for_each(|mut list| all.append(&mut list));
@@ -92,7 +91,7 @@ fn joined<T>(lists: Vec<Vec<T>>) -> Vec<T> {
 }
 
 impl FlatMesh<'_> {
-    /// What belongs to no block: the held vertices, and the faces that have no other ones.
+    /// The part that belongs to no block: the held vertices, and the faces whose corners are all held.
     fn idle(&self) -> Reduced {
         let first = (self.vertex_capacity() - self.held) as u32;
         let vertices: Vec<u32> = (first..first + self.held as u32).collect();
@@ -113,11 +112,10 @@ impl FlatMesh<'_> {
         }
     }
 
-    /// A pass over all blocks: collapses the edges that cost less than a threshold. Not for collapses that
-    /// are recorded.
+    /// A pass over all blocks: collapses the edges that cost less than a threshold. It cannot record collapses.
     ///
     /// # Panics
-    /// The rules say that collapses are recorded.
+    /// The rules ask for a record of the collapses.
     #[must_use]
     pub fn reduce(
         &self,
@@ -135,8 +133,8 @@ impl FlatMesh<'_> {
         FlatMesh { held: self.held, ..joined }
     }
 
-    /// What a pass would take away at which costs, as one in so many blocks tell, each collapsed until
-    /// this share of its faces is left.
+    /// The number of faces that a pass would remove at each cost, estimated from one in `one_in` blocks, each collapsed
+    /// until this share of its faces is left.
     #[must_use]
     pub fn forecast(&self, pass: usize, rules: &Rules, share: f64, one_in: usize) -> Forecast {
         let partition = self.partition(pass);
@@ -148,8 +146,8 @@ impl FlatMesh<'_> {
     }
 }
 
-/// The order of the collapses of several blocks, as block and place in it: by the largest cost so far in the
-/// block, which comes first.
+/// The order of the collapses of several blocks, by the largest cost so far in the block. The result lists that cost,
+/// the block, and the place in the block.
 pub(super) fn by_cost_so_far(
     blocks: impl Iterator<Item = impl Iterator<Item = f64>>,
 ) -> Vec<(f64, u32, u32)> {
@@ -161,12 +159,12 @@ pub(super) fn by_cost_so_far(
             order.push((largest, block as u32, i as u32));
         }
     }
-    // Each block is in order, and of equal costs the first blocks come first, as they do now.
+    // The sort is stable: each block stays in order, and for equal costs earlier blocks come first.
     parallel::sort_by(&mut order, |a, b| a.0.total_cmp(&b.0));
     order
 }
 
-/// Puts the collapses of blocks of one pass into one order.
+/// Merges the collapses of the blocks of one pass into one order.
 pub(super) fn merge_steps(blocks: &[Done], log: &mut Vec<LogEntry>, faces_before: &mut u32) {
     let order = by_cost_so_far(blocks.iter().map(|done| done.steps.iter().map(|step| step.cost)));
     let mut entries = parallel::collect(order.len(), |place| {
@@ -179,7 +177,7 @@ pub(super) fn merge_steps(blocks: &[Done], log: &mut Vec<LogEntry>, faces_before
             kept: VertexId::new(kept),
             position,
             cost,
-            // Those that go with it, for now.
+            // For now, the number of faces removed by the collapse.
             faces_before: faces,
         }
     });
@@ -191,7 +189,7 @@ pub(super) fn merge_steps(blocks: &[Done], log: &mut Vec<LogEntry>, faces_before
         *log = entries;
         return;
     }
-    // A list that doubles has room for much that never comes.
+    // Growth by doubling would waste memory.
     log.reserve_exact(entries.len());
     log.append(&mut entries);
 }
@@ -205,7 +203,7 @@ mod tests {
         assert_eq!(last_piece(400_000), 500_000);
         assert_eq!(aim(0, 1_000_000, 1_000, 30_000), Some(250_000));
         assert_eq!(aim(0, 1_000_000, 500_000, 30_000), Some(500_000));
-        // Not worth a pass: nearly there, or too few faces.
+        // A pass is not worthwhile near the target, or with too few faces.
         assert_eq!(aim(0, 1_000_000, 900_000, 30_000), Some(900_000));
         assert_eq!(aim(0, 1_000_000, 900_001, 30_000), None);
         assert_eq!([75_000, 74_999].map(|faces| aim(0, faces, 100, 30_000)), [Some(18_750), None]);

@@ -1,7 +1,6 @@
-//! The order of numbers of which none is there twice, without comparing them.
+//! Sorting of distinct numbers without comparisons.
 
-/// Pairs in the order of the numbers that they begin with, no two of which are the same: a bit for each number up to
-/// the largest tells how many are smaller.
+/// Sorts pairs by their first numbers, which must all be different. A bit set over the numbers gives the rank of each.
 pub(super) fn in_order(pairs: &[(u32, u32)]) -> Vec<(u32, u32)> {
     let largest = pairs.iter().map(|pair| pair.0).max().unwrap_or(0);
     let place = |number: u32| (number as usize / 64, 1_u64 << (number % 64));
@@ -31,7 +30,7 @@ mod tests {
 
     #[test]
     fn pairs_come_in_the_order_of_their_numbers() {
-        // All of a prime, and every third: gaps, whole words and numbers at their ends.
+        // All numbers up to a prime, and every third: gaps, whole words, and numbers at the ends of words.
         for (count, step) in [(1009_u64, 1), (1009, 3), (127, 64), (1, 1)] {
             let pairs: Vec<(u32, u32)> =
                 (0..count).map(|i| ((step * (i * 77 % count)) as u32, i as u32)).collect();

@@ -1,15 +1,14 @@
-//! What a run in blocks goes by.
+//! Rules of a run in blocks.
 
 use mesh_core::TriMesh;
 
-/// What collapses in blocks go by.
+/// Rules of collapses in blocks.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rules {
-    /// Whether errors that have already been made are subtracted; see
-    /// [`GarlandHeckbert`](crate::GarlandHeckbert).
+    /// Whether errors already made are subtracted; see [`GarlandHeckbert`](crate::GarlandHeckbert).
     pub marginal: bool,
-    /// Whether vertices go only where they keep the volume; see [`Optimal`](crate::Optimal).
+    /// Whether positions must keep the volume; see [`Optimal`](crate::Optimal).
     pub keep_volume: bool,
     /// Whether boundary edges have quadrics; see [`Boundary`](crate::Boundary).
     pub border: bool,
@@ -19,7 +18,7 @@ pub struct Rules {
     pub min_shape: Option<f64>,
     /// Whether collapses are recorded.
     pub record: bool,
-    /// One over the fourth power of the size of the mesh, which is the unit of costs.
+    /// The reciprocal of the fourth power of the size of the mesh, which is the unit of costs.
     pub scale: f64,
 }
 
@@ -30,7 +29,7 @@ impl Rules {
         Self::of_size(mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal()))
     }
 
-    /// The same for a mesh of this size, the diagonal of its bounding box.
+    /// The rules of [`Rules::new`] for a mesh of this size, which is the diagonal of its bounding box.
     #[must_use]
     pub fn of_size(size: f64) -> Self {
         let scale = size.powi(4).recip();

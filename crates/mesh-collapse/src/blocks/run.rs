@@ -1,4 +1,4 @@
-//! A run in blocks: pass after pass until few enough faces are left, and then in one piece.
+//! A run in blocks: passes until few enough faces are left, then a collapse in one piece.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
@@ -20,20 +20,20 @@ use crate::record::snapshot::Snapshot;
 use crate::record::target::{StopReason, Target};
 use crate::rejection::Rejections;
 
-/// The fewest faces that are cut into blocks after the first pass, when all has to be found out anyway.
+/// The smallest number of faces that is cut into blocks after the first pass.
 const FEWEST_AGAIN: usize = 50_000;
-/// Blocks that are at work between two questions whether to go on.
+/// The number of blocks between two calls that ask whether to go on.
 const WAVE: usize = 64;
 
-/// What is left of a mesh, and how it came about.
+/// The result of a run in blocks.
 pub struct BlockRun {
-    /// The mesh that is left, without gaps.
+    /// The resulting mesh, without gaps.
     pub left: Snapshot,
-    /// For each vertex of the original, the one that it has become.
+    /// For each vertex of the original, the vertex that it was merged into.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// What each vertex remembers; nothing when nothing has collapsed.
+    /// The accumulated quadric of each vertex; empty if nothing has collapsed.
     pub quadrics: Vec<Quadric>,
-    /// What was done; it cannot be cut off.
+    /// The report of the run; it cannot be truncated.
     pub run: Run,
 }
 
@@ -45,7 +45,7 @@ struct Passes<'a, 'o> {
     faces_before: usize,
     observe: &'o mut dyn FnMut(&Progress) -> ControlFlow<()>,
     start: Instant,
-    /// By vertex of the original: itself, or the one that it was merged into.
+    /// For each vertex of the original, itself or the vertex that it was merged into.
     merged_into: Vec<u32>,
     log: Vec<LogEntry>,
     log_faces: u32,
@@ -56,28 +56,28 @@ struct Passes<'a, 'o> {
     snapshots: Vec<Snapshot>,
 }
 
-/// How far a run goes, and what it keeps on the way.
+/// The limits of a run, and the data that it keeps.
 #[derive(Clone, Copy)]
 pub struct Extent<'a> {
     /// When to stop.
     pub limits: &'a Target,
     /// Whether the number of faces has to be exact.
     pub precision: Precision,
-    /// Whether what each pass leaves is kept.
+    /// Whether the mesh after each pass is kept.
     pub snapshots: bool,
 }
 
-/// How close a run comes to the wanted number of faces.
+/// How closely a run reaches the target number of faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// As close as collapses can.
     Exact,
-    /// As close as a pass does; for a run that another one goes on with.
+    /// As close as a pass; for a run that another one continues.
     About,
 }
 
 impl Precision {
-    /// How many faces the last pass is to leave.
+    /// The number of faces that the last pass should leave.
     fn end(self, target: usize) -> usize {
         match self {
             Self::Exact => last_piece(target),
@@ -85,7 +85,7 @@ impl Precision {
         }
     }
 
-    /// Whether so many faces are close enough.
+    /// Whether this number of faces is close enough.
     fn is_met(self, faces: usize, target: usize) -> bool {
         match self {
             Self::Exact => faces <= target,
@@ -105,7 +105,7 @@ pub fn collapse_in_blocks(
     collapse_flat_mesh(FlatMesh::new(mesh), capacity, rules, extent, observe)
 }
 
-/// The same for a flat mesh whose vertices have ids below `capacity`.
+/// Collapses edges of a flat mesh in blocks. The ids of its vertices are below `capacity`.
 pub fn collapse_flat_mesh(
     mut flat: FlatMesh<'_>,
     capacity: usize,
@@ -152,7 +152,7 @@ pub fn collapse_flat_mesh(
 }
 
 impl Passes<'_, '_> {
-    /// Whether neither the clock nor the observer nor the number of faces ends the run.
+    /// Whether the run goes on: false if the clock, the observer or the number of faces ends it.
     fn goes_on(&mut self, faces: usize, collapses: usize) -> bool {
         let progress = Progress {
             phase: Phase::Collapse,
@@ -171,13 +171,13 @@ impl Passes<'_, '_> {
         self.stop.is_none()
     }
 
-    /// Collapses all blocks to the cost at which about `aim` faces are left.
+    /// Collapses all blocks up to the cost that leaves about `aim` faces.
     fn pass(&mut self, flat: &FlatMesh<'_>, number: usize, aim: usize) -> FlatMesh<'static> {
         let partition = flat.partition(number);
         let end = forecast_ceiling(flat, &partition, &self.rules, aim);
         let mut reduced = self.reduce_all(flat, &partition, end);
         let left: usize = reduced.iter().map(Reduced::face_count).sum();
-        // The blocks that were looked at were not like the others: now it is known what goes where.
+        // The sampled blocks were not typical. The forecasts of all blocks are known now.
         let is_too_few = left < aim - aim / 5 && left < self.target + self.target / 5;
         if is_too_few && self.stop.is_none() {
             let all: Vec<&Forecast> = reduced.iter().map(Reduced::forecast).collect();
@@ -202,7 +202,7 @@ impl Passes<'_, '_> {
         let blocks = partition.blocks();
         let (mut reduced, mut collapses) = (Vec::with_capacity(blocks), 0);
         for first in (0..blocks).step_by(WAVE) {
-            // Once it is to stop, the others are handed on as they are.
+            // After a stop, the other blocks are handed on unchanged.
             let end = if self.stop.is_none() { end } else { CostThreshold::NONE };
             let wave = parallel::collect_each(WAVE.min(blocks - first), |i| {
                 Block::new(flat, partition, first + i, &rules).reduce(&rules, end)
@@ -217,7 +217,7 @@ impl Passes<'_, '_> {
         reduced
     }
 
-    /// Collapses what is left as one block, to the number of faces.
+    /// Collapses the rest as one block, to the wanted number of faces.
     fn in_one_piece(&mut self, flat: FlatMesh<'_>) -> FlatMesh<'static> {
         let goal = Goal { end: BUCKETS, faces: self.target };
         let rules = self.rules;
@@ -232,7 +232,7 @@ impl Passes<'_, '_> {
         FlatMesh::join(vec![reduced])
     }
 
-    /// Takes down what was done.
+    /// Records the work of some blocks.
     fn note(&mut self, blocks: &[Done]) {
         for Done { merged, rejections, max_cost, .. } in blocks {
             merged.iter().for_each(|&[gone, kept]| self.merged_into[gone as usize] = kept);
@@ -243,7 +243,7 @@ impl Passes<'_, '_> {
         merge_steps(blocks, &mut self.log, &mut self.log_faces);
     }
 
-    /// The mesh that is left: vertices and faces in the order of the original.
+    /// The resulting mesh, with vertices and faces in the order of the original.
     fn finish(mut self, flat: &FlatMesh<'_>) -> BlockRun {
         let (merged_into, collapses, record) =
             (&mut self.merged_into, self.collapses, self.rules.record);
@@ -269,7 +269,7 @@ impl Passes<'_, '_> {
     }
 }
 
-/// What a flat mesh is after so many collapses, and which vertices of the flat mesh its vertices are.
+/// A flat mesh as a snapshot after `collapses` collapses, and the flat-mesh id of each of its vertices.
 fn snapshot(flat: &FlatMesh<'_>, collapses: usize, is_recorded: bool) -> (Snapshot, Vec<u32>) {
     let Ordered { mesh, vertices, faces } = flat.to_ordered_mesh();
     let snapshot = Snapshot {
@@ -281,14 +281,14 @@ fn snapshot(flat: &FlatMesh<'_>, collapses: usize, is_recorded: bool) -> (Snapsh
     (snapshot, vertices.into_iter().map(|(_, v)| v).collect())
 }
 
-/// Lets every vertex know where all that it was merged into leads.
+/// Sets each entry to the end of its chain of merges.
 fn follow(merged_into: &mut [u32]) {
     for v in 0..merged_into.len() {
         let mut root = v as u32;
         while merged_into[root as usize] != root {
             root = merged_into[root as usize];
         }
-        // Later look-ups then find it at once.
+        // Shortens the chain for later look-ups.
         let mut on_the_way = v as u32;
         while on_the_way != root {
             on_the_way = core::mem::replace(&mut merged_into[on_the_way as usize], root);
@@ -296,7 +296,7 @@ fn follow(merged_into: &mut [u32]) {
     }
 }
 
-/// By half-edge: the one of the original that it is; none unless collapses are recorded.
+/// The half-edge of the original for each half-edge; empty unless collapses are recorded.
 fn original_half_edges(
     left: &TriMesh,
     flat: &FlatMesh<'_>,
@@ -320,7 +320,7 @@ fn original_half_edges(
     all
 }
 
-/// The threshold at which about `aim` faces are left, as some of the blocks tell.
+/// The threshold that leaves about `aim` faces, estimated from some of the blocks.
 fn forecast_ceiling(
     flat: &FlatMesh<'_>,
     partition: &Partition,
@@ -330,7 +330,7 @@ fn forecast_ceiling(
     let share = aim as f64 / flat.face_count() as f64;
     let asked = partition.some(FORECAST, LEAST_ASKED);
     let forecasts = parallel::collect_each(asked.len(), |i| {
-        // Some lose more than others.
+        // Some blocks lose more faces than others, so each goes below the mean share.
         Block::new(flat, partition, asked[i], rules).forecast(rules, 0.4 * share)
     });
     CostThreshold::leaving(share, &forecasts.iter().collect::<Vec<_>>())
@@ -342,7 +342,7 @@ mod tests {
     use mesh_core::SplitMix64;
     use mesh_shapes::{Irregular, Plane, Wave};
 
-    /// What another run goes on with is not collapsed in one piece, unless there are no passes.
+    /// A run that another one continues does not end in one piece, unless there are no passes.
     #[test]
     fn a_run_that_another_goes_on_with_ends_with_a_pass() {
         let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
@@ -362,13 +362,13 @@ mod tests {
         }
     }
 
-    /// A flat mesh that is rough just where a block is looked at beforehand: these tell of a high threshold, at
-    /// which next to nothing would be left of the others.
+    /// A flat mesh that is rough exactly in the sampled blocks. These suggest a high threshold, at which the other
+    /// blocks would lose nearly all faces.
     #[test]
     fn a_pass_that_went_too_far_is_made_again() {
         let soup = Plane { half_width: 1.0 }.mesh(260, Default::default()).unwrap();
         let mut mesh = TriMesh::from_soup(&soup).unwrap();
-        // Heights that are small do not change the partition.
+        // Small heights do not change the partition.
         let mut random = SplitMix64::new(1);
         let partition = FlatMesh::new(&mesh).partition(0);
         let asked = partition.some(FORECAST, LEAST_ASKED);

@@ -1,4 +1,4 @@
-//! A block of a mesh as a mesh of its own, for the greedy loop.
+//! A block as a separate mesh, for the greedy loop.
 
 use glam::DVec3;
 use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId};
@@ -7,29 +7,29 @@ use crate::blocks::partition::Partition;
 use crate::geometry::quadric::Quadric;
 use crate::record::log::LogEntry;
 
-/// A block with all faces that have a corner in it, as a mesh of its own, and where that comes from.
+/// A block with all faces that have a corner in it, as a separate mesh with maps to the whole mesh.
 ///
-/// Vertices of other blocks are there for the sake of these faces. One whose faces here form several fans
-/// is several vertices, so that the excerpt is a manifold.
+/// Vertices of other blocks are included only as corners of these faces. If the faces at such a vertex form several
+/// fans, it is split, so that the submesh is a manifold.
 pub(super) struct Submesh {
     pub(super) mesh: TriMesh,
-    /// By vertex: whether all faces around it have all corners in the block. Only edges between two such
-    /// vertices may collapse: then all that they and their neighbours are made of is there, and no other
-    /// block changes any of it.
+    /// For each vertex, whether all faces around it have all corners in the block. Only edges between two such vertices
+    /// may collapse: then the block contains all faces of both ends and their neighbours that matter, and no other
+    /// block changes them.
     pub(super) is_free: Vec<bool>,
-    /// The vertices of the block, in numbers of the mesh; these come first.
+    /// The vertices of the block, as handles of the mesh; they come first.
     own: Vec<u32>,
-    /// By half-edge: that of the mesh.
+    /// The half-edge of the mesh for each half-edge.
     half_edges: Vec<HalfEdgeId>,
 }
 
-/// A corner at a vertex of another block, with the corners that follow and precede it in its triangle.
+/// A corner at a vertex of another block, with the next and the previous corner of its triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Outer {
     vertex: u32,
     following: u32,
     preceding: u32,
-    /// Three times the number of the triangle, and the place in it.
+    /// Three times the number of the triangle, plus the position in it.
     corner: u32,
 }
 
@@ -45,7 +45,7 @@ impl Submesh {
         let mut outer = Vec::new();
         for &face in &faces {
             let corners = topology.face_vertices(face).map(VertexId::get);
-            // Very large for vertices before the block.
+            // For vertices before the block, the difference wraps to a very large number.
             let numbers = corners.map(|v| partition.rank(v).wrapping_sub(first));
             let is_own = numbers.map(|number| (number as usize) < own.len());
             for i in 0..3 {
@@ -83,7 +83,7 @@ impl Submesh {
         Self { mesh: submesh, is_free, own, half_edges }
     }
 
-    /// What is kept by vertex of the mesh, by vertex of the excerpt; nothing where nothing is kept.
+    /// Selects the quadrics of the vertices of the submesh; empty if the mesh has none.
     pub(super) fn quadrics(&self, of_mesh: &[Quadric]) -> Vec<Quadric> {
         if of_mesh.is_empty() {
             return Vec::new();
@@ -93,7 +93,7 @@ impl Submesh {
         quadrics
     }
 
-    /// A collapse of the excerpt as one of the mesh.
+    /// Translates a collapse of the submesh into one of the mesh.
     pub(super) fn of_mesh(&self, entry: &LogEntry) -> LogEntry {
         let vertex = |v: VertexId| VertexId::new(self.own[v.index()]);
         LogEntry {
@@ -105,7 +105,7 @@ impl Submesh {
     }
 }
 
-/// The corners in fans: those at one vertex whose triangles follow each other around it.
+/// Groups corners into fans: corners at one vertex whose triangles follow each other around it.
 fn fans(mut corners: Vec<Outer>) -> Vec<Vec<Outer>> {
     corners.sort_unstable();
     let find = |vertex: u32, following: u32| {
@@ -115,7 +115,7 @@ fn fans(mut corners: Vec<Outer>) -> Vec<Vec<Outer>> {
     let mut has_one_before = vec![false; corners.len()];
     next.iter().flatten().for_each(|&i| has_one_before[i] = true);
     let mut is_met = vec![false; corners.len()];
-    // Those that begin somewhere, then those that go all round.
+    // First the open fans, then the closed ones.
     let begins = (0..corners.len()).filter(|&i| !has_one_before[i]);
     let mut fans = Vec::new();
     for start in begins.chain(0..corners.len()) {
@@ -147,7 +147,7 @@ mod tests {
     use crate::record::target::Target;
     use mesh_shapes::{Irregular, Wave};
 
-    /// An open mesh with so many holes that the rims of its blocks touch themselves.
+    /// An open mesh with many holes, so that the borders of its blocks touch themselves.
     fn sieve() -> TriMesh {
         let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
         let soup = wave.irregular_mesh(90, Irregular { jitter: 0.2, seed: 4 }).unwrap();
@@ -161,8 +161,8 @@ mod tests {
         mesh
     }
 
-    /// Every block is a mesh whose elements are those of the whole one, and what is legal in it is legal
-    /// there, however the others are collapsed.
+    /// Every block is a mesh whose elements map to the whole mesh. Its legal collapses are legal there as well,
+    /// whatever happens in other blocks.
     #[test]
     fn excerpts_are_manifolds_whose_collapses_are_those_of_the_mesh() {
         let mut mesh = sieve();

@@ -1,4 +1,4 @@
-//! Small parts stay.
+//! A constraint that keeps small components.
 
 use glam::DVec3;
 use mesh_core::{Remap, TriMesh, VertexMap};
@@ -10,11 +10,11 @@ use crate::rejection::Rejection;
 
 /// Keeps a number of vertices in every connected component.
 ///
-/// Nothing ever removes the last face of a component, or the tetrahedron that closed ones end as.
-/// This constraint stops earlier, so that small parts keep a shape.
+/// No collapse removes the last face of an open component, or the tetrahedron that a closed one ends as. This
+/// constraint stops earlier, so that small parts keep a shape.
 #[derive(Clone, Debug)]
 pub struct ComponentConstraint {
-    /// Components do not get fewer vertices than this. Those that have fewer are left alone.
+    /// Components keep at least this many vertices. Components with fewer vertices are left alone.
     pub min_vertices: usize,
     of_vertex: VertexMap<Option<u32>>,
     vertices: Vec<usize>,

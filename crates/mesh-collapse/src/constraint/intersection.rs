@@ -1,4 +1,4 @@
-//! No face may run into another one.
+//! A constraint against intersections of faces.
 
 use glam::DVec3;
 use mesh_core::{Remap, TriMesh};
@@ -9,14 +9,13 @@ use crate::geometry::new_intersections::{ChangedFace, NewIntersections};
 use crate::policy::{Policy, Scratch};
 use crate::rejection::Rejection;
 
-/// Rejects collapses after which faces cross, or touch away from common vertices and edges, that
-/// did not before. Decided exactly, without a tolerance.
+/// Rejects collapses after which faces cross, or touch away from common vertices and edges, if they did not before. The
+/// test is exact and has no tolerance.
 ///
-/// Parts of an assembly that have vertices at the same places at the start may go on touching: there,
-/// vertices of different parts at one place count as one vertex, and faces at a seam or a wall that
-/// two parts have in common may touch or overlap each other, as far as all edges that meet the other
-/// part start at the seam. Everything else counts as crossing, and parts cannot pass through each
-/// other.
+/// Parts of an assembly may have vertices at equal positions at the start, and may then continue to touch there.
+/// Vertices of different parts at the same position count as one vertex. Faces at a seam or wall shared by two parts
+/// may touch or overlap, provided that all edges that meet the other part start at the seam. Everything else counts as
+/// crossing, so parts cannot pass through each other.
 #[derive(Clone, Debug, Default)]
 pub struct IntersectionConstraint {
     found: Option<NewIntersections>,

@@ -1,8 +1,8 @@
-//! Which collapses are rejected, however cheap they are.
+//! Constraints: rules that reject collapses at any cost.
 //!
-//! The mesh itself rejects those that would not leave a manifold
-//! ([`mesh_core::Topology::check_collapse`]). Constraints refuse those that leave a bad one. An edge
-//! that was rejected is tried again once its neighbourhood has changed.
+//! The mesh itself rejects collapses that would not leave a manifold ([`mesh_core::Topology::check_collapse`]).
+//! Constraints reject collapses that leave a bad mesh. A rejected edge is tried again when its neighbourhood has
+//! changed.
 
 mod component;
 mod intersection;
@@ -25,7 +25,7 @@ use crate::rejection::Rejection;
 
 /// A rule that collapses must follow.
 ///
-/// A constraint is `Clone`, since it is asked about meshes that are tried and given up again.
+/// A constraint is `Clone`, because it is also used with trial copies of the mesh.
 ///
 /// ```
 /// use glam::DVec3;
@@ -57,10 +57,10 @@ use crate::rejection::Rejection;
 /// }
 /// ```
 pub trait Constraint: Policy + CloneConstraint {
-    /// Whether the edge may be collapsed with its vertex going to `x`, relative to the midpoint.
+    /// Whether the edge may be collapsed with the remaining vertex at `x`, relative to the midpoint.
     ///
     /// # Errors
-    /// The reason why not.
+    /// The reason for the rejection.
     fn check(
         &self,
         patch: &EdgePatch<'_>,
@@ -69,9 +69,9 @@ pub trait Constraint: Policy + CloneConstraint {
     ) -> Result<(), Rejection>;
 }
 
-/// Copies constraints of any type; every constraint that is [`Clone`] has it.
+/// Copies constraints of any type. It is implemented for every constraint that is [`Clone`].
 pub trait CloneConstraint {
-    /// A copy, as it is by now.
+    /// A copy in the current state.
     fn clone_constraint(&self) -> Box<dyn Constraint>;
 }
 
@@ -81,24 +81,24 @@ impl<G: Constraint + Clone + 'static> CloneConstraint for G {
     }
 }
 
-/// Constraints that follow a mesh, all of which a collapse has to pass.
+/// A list of constraints that follow a mesh. A collapse must satisfy all of them.
 #[derive(Default)]
 pub struct Constraints(Vec<Box<dyn Constraint>>);
 
 impl Constraints {
-    /// One more constraint, which is asked after those before it.
+    /// Adds a constraint, which is checked after the earlier ones.
     pub fn push(&mut self, constraint: impl Constraint + 'static) {
         self.0.push(Box::new(constraint));
     }
 
-    /// These constraints, and then others.
+    /// Appends other constraints.
     #[must_use]
     pub fn and(mut self, others: Self) -> Self {
         self.0.extend(others.0);
         self
     }
 
-    /// Asks one after the other.
+    /// Checks the constraints in order.
     pub(crate) fn check(
         &self,
         patch: &EdgePatch<'_>,

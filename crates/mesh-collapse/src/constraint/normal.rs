@@ -1,4 +1,4 @@
-//! No face may fold over.
+//! A constraint against faces that fold over.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use crate::geometry::edge_patch::EdgePatch;
 use crate::policy::{Policy, Scratch};
 use crate::rejection::Rejection;
 
-/// Rejects collapses after which the normal of a face differs too much from what it was.
+/// Rejects collapses after which the normal of a face differs too much from its old normal.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalConstraint {
     /// The smallest allowed cosine of the angle between old and new normal.

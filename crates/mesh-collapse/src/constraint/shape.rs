@@ -1,4 +1,4 @@
-//! No face may lose its area.
+//! A constraint against slivers.
 
 use glam::DVec3;
 
@@ -9,10 +9,9 @@ use crate::rejection::Rejection;
 
 /// Rejects collapses that make the worst face worse and leave it a sliver.
 ///
-/// The shape of a face is its area relative to that of an equilateral triangle with the same sum
-/// of squared sides: 1 for that triangle, 0 for one without area. Slivers are rejected only when
-/// they are worse than the worst face of the patch before, because a mesh that has slivers must be
-/// able to lose them.
+/// The shape of a face is its area divided by the area of an equilateral triangle with the same sum of squared sides: 1
+/// for that triangle, 0 for a face without area. A sliver is rejected only if it is worse than the worst face of the
+/// patch before, because a mesh with slivers must be able to lose them.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeConstraint {
     /// Faces with at least this shape are always allowed.

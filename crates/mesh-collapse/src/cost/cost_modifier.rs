@@ -1,4 +1,4 @@
-//! What is added to a cost.
+//! Additions to costs.
 
 use glam::DVec3;
 
@@ -7,10 +7,10 @@ use crate::geometry::edge_patch::EdgePatch;
 use crate::policy::{Policy, Scratch};
 use crate::rejection::Rejection;
 
-/// Something that makes collapses cost more than the [`Cost`](super::Cost) of the run says.
+/// Makes collapses cost more than the [`Cost`](super::Cost) of the run alone.
 ///
-/// A cost modifier never lowers a cost. The cost is therefore a lower bound, and cost modifiers are asked
-/// only about edges that reach the head of the queue.
+/// A cost modifier never lowers a cost. So the cost is a lower bound, and cost modifiers are evaluated only for edges
+/// at the head of the queue.
 ///
 /// ```
 /// use glam::DVec3;
@@ -29,24 +29,24 @@ use crate::rejection::Rejection;
 /// }
 /// ```
 pub trait CostModifier: Policy {
-    /// The cost with this on top, when the vertex goes to `x` relative to the midpoint of the edge.
+    /// The raised cost if the vertex moves to `x`, relative to the midpoint of the edge.
     fn raise(&self, cost: f64, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> f64;
 
-    /// Whether the edge may be collapsed at all with its vertex going to `x`. Asked after the constraints.
+    /// Whether the edge may be collapsed with its vertex at `x`. Called after the constraints.
     ///
     /// # Errors
-    /// The reason why not.
+    /// The reason for the rejection.
     fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Rejection> {
         let _ = (patch, x);
         Ok(())
     }
 
-    /// How far a collapse is felt.
+    /// The edges whose costs a collapse changes.
     fn reach(&self) -> Reach {
         Reach::OneRingSum
     }
 
-    /// Called before each collapse, which is certain by then.
+    /// Called before each collapse, when it is certain.
     fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
         let _ = (patch, x, scratch);
     }

@@ -9,8 +9,8 @@ use super::curvature_change::measure::Measure;
 use crate::geometry::edge_patch::EdgePatch;
 use crate::policy::{Policy, Scratch};
 
-/// The cost times 1 + w D, where D is the change of the integral of |k1| + |k2| over the patch
-/// relative to the square root of its area: a number without unit.
+/// The cost times 1 + w D. D is the change of the integral of |k1| + |k2| over the patch, divided by the square root of
+/// the area of the patch; it has no unit.
 #[derive(Clone, Debug)]
 pub struct CurvatureFactor {
     weight: f64,

@@ -10,26 +10,23 @@ use crate::geometry::edge_patch::EdgePatch;
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy, Scratch};
 
-/// Which norm; see [`CurvatureNorm`].
+/// The two norms of [`CurvatureNorm`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Norm {
-    /// The sum of |k1| + |k2| over the vertices (KKL02 eq. 1); one over model unit.
+    /// The sum of |k1| + |k2| over the vertices (KKL02 eq. 1), in units of one over length.
     L1,
-    /// The sum of k1² + k2² = 4 H² - 2 K over the vertices (KKL02 eq. 2); one over model unit
-    /// squared.
+    /// The sum of k1² + k2² = 4 H² - 2 K over the vertices (KKL02 eq. 2), in units of one over squared length.
     L2,
 }
 
-/// By how much a collapse changes the discrete curvature norm of the mesh: the absolute difference
-/// before and after (KKL02 section 3.2). Curvatures are pointwise, with a third of the adjacent
-/// faces as the area of a vertex.
+/// The change of the discrete curvature norm of the mesh by a collapse: the absolute difference between before and
+/// after (KKL02 section 3.2). Curvatures are pointwise; the area of a vertex is a third of the adjacent faces.
 ///
-/// A collapse changes the curvature of the neighbours of its vertex, and brings the costs of the
-/// edges that lead from these to the neighbours of theirs up to date, as printed. Edges beyond,
-/// whose costs change too where a neighbour lies opposite to them, are evaluated again when they
-/// come to the head of the queue.
+/// A collapse changes the curvature of the neighbours of its vertex. As published, it updates the costs of the edges
+/// from these neighbours to their neighbours. The costs of some edges beyond change too, where a neighbour lies
+/// opposite to them. These are evaluated again when they reach the head of the queue.
 #[derive(Clone, Debug)]
 pub struct CurvatureNorm {
     change: CurvatureChange,

@@ -8,15 +8,15 @@ use crate::geometry::edge_patch::{Collapse, EdgePatch};
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy, Scratch};
 
-/// The quadrics of the original planes, accumulated at the vertices: each face gives a third of its area
-/// times the squared distance to its plane to each of its corners.
+/// The quadrics of the original planes, accumulated at the vertices. Each face adds a third of its area times the
+/// squared distance to its plane to each of its corners.
 ///
-/// The cost is the sum of the quadrics of the two ends at the new place, or, *marginal*, what that
-/// adds to their values where the ends are: the error that this collapse makes, not the error that
-/// its vertices have already made.
+/// The cost is the sum of the quadrics of the two ends at the new position. In the *marginal* variant, the values of
+/// the quadrics at the current ends are subtracted: the cost is then the error of this collapse only, without errors
+/// made before.
 #[derive(Clone, Debug, Default)]
 pub struct GarlandHeckbert {
-    /// Whether errors that have already been made are subtracted.
+    /// Whether errors already made are subtracted.
     pub marginal: bool,
     quadrics: AccumulatedQuadrics,
 }
@@ -28,7 +28,7 @@ impl GarlandHeckbert {
         Self::default()
     }
 
-    /// The cost less the errors that have already been made.
+    /// The cost without the errors already made.
     #[must_use]
     pub fn marginal() -> Self {
         Self { marginal: true, ..Self::default() }
@@ -89,13 +89,13 @@ impl Cost for GarlandHeckbert {
     }
 }
 
-/// So little that it decides only between edges whose cost is rounding error: short edges first.
+/// A term so small that it decides only between edges whose cost is rounding error; short edges come first.
 #[inline]
 pub(super) fn length_tie(patch: &EdgePatch<'_>) -> f64 {
     1e-12 * patch.squared_length() * patch.squared_length()
 }
 
-/// One quadric per vertex, each about the position of its vertex.
+/// One quadric per vertex, about the position of the vertex.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AccumulatedQuadrics(Vec<Quadric>);
 
@@ -107,7 +107,7 @@ impl AccumulatedQuadrics {
             let cross = mesh.face_cross(face);
             let double_area = cross.length();
             if double_area > 0.0 {
-                // The plane goes through all three corners.
+                // The plane contains all three corners, so the offset is zero.
                 let plane = Quadric::plane(cross, 0.0, 1.0 / (6.0 * double_area));
                 for vertex in topology.face_vertices(face) {
                     quadrics[vertex.index()] += plane;
@@ -125,7 +125,7 @@ impl AccumulatedQuadrics {
         self.0
     }
 
-    /// By vertex.
+    /// The quadrics, by vertex.
     pub(crate) fn as_slice(&self) -> &[Quadric] {
         &self.0
     }
@@ -137,7 +137,7 @@ impl AccumulatedQuadrics {
         self.0[patch.removed().index()].joined(&self.0[patch.kept().index()], half)
     }
 
-    /// The values of the quadrics of both ends where these are.
+    /// The sum of the values of the quadrics of both ends at these ends.
     #[inline]
     pub(crate) fn made(&self, patch: &EdgePatch<'_>) -> f64 {
         self.0[patch.removed().index()].constant + self.0[patch.kept().index()].constant
@@ -176,7 +176,7 @@ mod tests {
         let mesh = sphere();
         let edge = mesh.topology().edges().next().unwrap();
         let patch = EdgePatch::without_faces(&mesh, edge.half_edge());
-        // Four at the middle of the edge.
+        // The value at the midpoint of the edge is 4.
         let quadric = Quadric::plane(DVec3::Z, 2.0, 1.0);
         for (mut cost, expected) in
             [(GarlandHeckbert::new(), 4.0), (GarlandHeckbert::marginal(), 3.25)]

@@ -1,4 +1,4 @@
-//! The memoryless quadric, with a little memory.
+//! The memoryless quadric plus a part of the accumulated quadrics.
 
 use glam::DVec3;
 use mesh_core::{Remap, TriMesh};
@@ -9,27 +9,27 @@ use crate::geometry::edge_patch::{Collapse, EdgePatch};
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy, Scratch};
 
-/// The memoryless quadric of the current faces plus a part of the accumulated quadrics of the
-/// original ones.
+/// The memoryless quadric of the current faces plus a part of the accumulated quadrics of the original faces.
 ///
-/// The first gives the smaller mean error, the second keeps errors from adding up unseen.
+/// The first gives a smaller mean error. The second prevents errors from adding up unnoticed.
 #[derive(Clone, Debug)]
 pub struct Hybrid {
     /// The weight of the accumulated quadrics.
     pub memory: f64,
     quadrics: AccumulatedQuadrics,
-    /// Whether the quadrics are those of a run before.
+    /// Whether the quadrics come from an earlier run.
     goes_on: bool,
 }
 
 impl Hybrid {
-    /// With this weight of the accumulated quadrics.
+    /// The cost with this weight of the accumulated quadrics.
     #[must_use]
     pub fn new(memory: f64) -> Self {
         Self { memory, quadrics: AccumulatedQuadrics::default(), goes_on: false }
     }
 
-    /// With what the vertices remember of a run before, each about its position.
+    /// Starts with quadrics that the vertices have accumulated in an earlier run, each about the position of its
+    /// vertex.
     pub fn remembering(self, quadrics: Vec<Quadric>) -> Self {
         Self { quadrics: AccumulatedQuadrics::from_vec(quadrics), goes_on: true, ..self }
     }

@@ -8,7 +8,7 @@ use crate::geometry::edge_patch::EdgePatch;
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy, Scratch};
 
-/// The quadric of the faces as they are now, each once; nothing is remembered of those that were.
+/// The quadric of the current faces, each counted once, without any memory of earlier faces.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Memoryless;
 

@@ -1,8 +1,7 @@
-//! What a collapse costs.
+//! Costs of collapses.
 //!
-//! The greedy loop collapses the cheapest edge first. A new cost implements [`Cost`], most often
-//! through [`Cost::quadric`] and [`Cost::cost`] alone. What is to come on top of any cost is a
-//! [`CostModifier`].
+//! The greedy loop collapses the cheapest edge first. A new cost implements [`Cost`], usually with [`Cost::quadric`]
+//! and [`Cost::cost`] only. A [`CostModifier`] adds to any cost.
 
 mod cost_modifier;
 #[cfg(feature = "curvature")]
@@ -54,15 +53,15 @@ use crate::policy::{Needs, Policy, Scratch};
 /// }
 /// ```
 pub trait Cost: Policy {
-    /// The quadric whose minimum is the best place for the vertex that remains, about the
-    /// midpoint of the edge. Costs that do not come from one have none.
+    /// The quadric whose minimum is the best position for the remaining vertex, about the midpoint of the edge. `None`
+    /// for costs without a quadric.
     fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
         let _ = patch;
         None
     }
 
-    /// The cost of the collapse when the vertex goes to `x`, relative to the midpoint of the
-    /// edge; `quadric` is what [`Cost::quadric`] returned.
+    /// The cost of the collapse with the vertex at `x`, relative to the midpoint of the edge; `quadric` is the result
+    /// of [`Cost::quadric`].
     fn cost(
         &self,
         patch: &EdgePatch<'_>,
@@ -71,8 +70,8 @@ pub trait Cost: Policy {
         scratch: &mut Scratch,
     ) -> f64;
 
-    /// A number that is not larger than the cost and quicker to have. When there is one, the cost
-    /// itself is evaluated only once an edge reaches the head of the queue.
+    /// A lower bound of the cost that is cheaper to compute. If there is one, the cost itself is evaluated only when an
+    /// edge reaches the head of the queue.
     fn lower_bound(
         &self,
         patch: &EdgePatch<'_>,
@@ -83,31 +82,31 @@ pub trait Cost: Policy {
         None
     }
 
-    /// As [`Cost::lower_bound`], for a cost that can be bounded for all places of the vertex by the
-    /// edge and its ends alone: the patch has no faces yet.
+    /// As [`Cost::lower_bound`], for a bound that holds for all positions of the vertex and depends only on the edge
+    /// and its ends. The patch has no faces yet.
     fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
         let _ = patch;
         None
     }
 
-    /// What of the patch is looked at, other than by [`Cost::early_bound`] and [`Cost::collapsing`].
+    /// The data of the patch that this cost uses, except in [`Cost::early_bound`] and [`Cost::collapsing`].
     fn needs(&self) -> Needs {
         Needs::Faces
     }
 
-    /// How far a collapse is felt.
+    /// The edges whose costs a collapse changes.
     fn reach(&self) -> Reach {
         Reach::OneRing
     }
 
-    /// Called before each collapse, which is certain by then, with the place of the vertex relative
-    /// to the midpoint of the edge.
+    /// Called before each collapse, when it is certain, with the position of the vertex relative to the midpoint of the
+    /// edge.
     fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
         let _ = (patch, x, scratch);
     }
 }
 
-/// For costs that are chosen at run time.
+/// For costs chosen at run time.
 impl<C: Cost + ?Sized> Cost for Box<C> {
     fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
         (**self).quadric(patch)
@@ -149,13 +148,13 @@ impl<C: Cost + ?Sized> Cost for Box<C> {
     }
 }
 
-/// Whose costs a collapse changes; see [`Cost::reach`].
+/// The edges whose costs a collapse changes; see [`Cost::reach`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reach {
-    /// Those of the edges at the vertex that remains.
+    /// The edges at the remaining vertex.
     OneRingSum,
-    /// Those of the edges at the vertex that remains and at its neighbours.
+    /// The edges at the remaining vertex and at its neighbours.
     OneRing,
-    /// Those of the edges at the vertex that remains, its neighbours, and their neighbours.
+    /// The edges at the remaining vertex, its neighbours, and their neighbours.
     TwoRings,
 }

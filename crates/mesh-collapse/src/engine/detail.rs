@@ -1,4 +1,4 @@
-//! How much of a patch is there when its edge is looked at: no more than costs and placements need.
+//! How much of a patch is collected: only as much as costs and placements need.
 
 use mesh_core::{EdgeId, TriMesh};
 
@@ -10,7 +10,7 @@ use crate::placement::Placement;
 use crate::policies::Policies;
 use crate::policy::Needs;
 
-/// What patches are made with.
+/// The data collected for a patch.
 pub(super) enum Detail {
     Ends,
     Sums(OneRingSums),
@@ -26,7 +26,7 @@ impl Detail {
         }
     }
 
-    /// The sums over faces that follow the mesh, where there are any.
+    /// The sums over faces, if they are used.
     pub(super) fn sums(&mut self) -> Option<&mut OneRingSums> {
         match self {
             Self::Sums(sums) => Some(sums),

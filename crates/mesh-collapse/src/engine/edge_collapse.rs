@@ -1,15 +1,13 @@
-//! The greedy loop: collapse the cheapest edges, bring their neighbourhood up to date, go on.
+//! The greedy loop: collapses the cheapest edges and updates their neighbourhood.
 //!
-//! How edges wait for their turn is what [`Schedule`] chooses:
+//! [`Schedule`] chooses the order of the edges:
 //!
-//! - [`Schedule::Lazy`], and [`Schedule::Parallel`] where these will not do, takes the cheapest few percent
-//!   of them at a time, by keys that may be out of date, and visits them in the order in which they are
-//!   stored ([`Rounds`]). Neighbours are then in the cache, and no edge is evaluated that is not about
-//!   to be collapsed.
+//! - [`Schedule::Lazy`], and [`Schedule::Parallel`] if blocks are not possible, takes the cheapest few percent of the
+//!   edges by keys that may be out of date, and visits them in the order in which they are stored ([`Rounds`]).
+//!   Neighbours are then in the cache, and only edges that are about to collapse are evaluated.
 //! - [`Schedule::Exact`] keeps all keys up to date in a heap ([`Heap`]), and is exact.
 //!
-//! An edge that is known to cost more than a threshold goes back to where it waits, with what is known
-//! as its key.
+//! An edge found to cost more than the threshold returns to the queue, with its new bound as the key.
 
 use core::ops::ControlFlow;
 
@@ -33,7 +31,7 @@ use crate::record::target::{StopReason, Target};
 /// The mesh keeps removed elements, so that the log and caller-owned maps stay valid; compact it
 /// afterwards. `observe` is called every thousand collapses and may end the run.
 ///
-/// Takes O(n log n) time as long as valences are bounded.
+/// Takes O(n log n) time for bounded valences.
 pub fn collapse_edges<C: Cost, P: Placement>(
     mesh: &mut TriMesh,
     policies: Policies<C, P>,
@@ -44,8 +42,8 @@ pub fn collapse_edges<C: Cost, P: Placement>(
     collapse_edges_from(mesh, policies, Start::default(), protect, limits, observe)
 }
 
-/// The same for a run that does not begin with nothing. It returns the constraints that followed the mesh as they
-/// are then.
+/// [`collapse_edges`] with start data, for example from an earlier run. The returned run contains the constraints that
+/// followed the mesh, in their final state.
 pub fn collapse_edges_from<C: Cost, P: Placement>(
     mesh: &mut TriMesh,
     policies: Policies<C, P>,
@@ -59,7 +57,7 @@ pub fn collapse_edges_from<C: Cost, P: Placement>(
     let entries = stepper.entries();
     let faces = stepper.mesh().topology().face_count();
     if limits.cost.is_none() && limits.collapses.is_none() {
-        // Most collapses take two faces.
+        // Most collapses remove two faces.
         stepper.expect_collapses(faces.saturating_sub(limits.face_target(faces)) / 2);
     }
     let mut watch = TargetCheck::new(limits, faces, observe);
@@ -70,7 +68,7 @@ pub fn collapse_edges_from<C: Cost, P: Placement>(
     stepper.finish(stop)
 }
 
-/// So many of the edges that cost least to collapse.
+/// The `count` edges that cost least to collapse.
 pub fn cheapest_edges<C: Cost, P: Placement>(
     mesh: &mut TriMesh,
     policies: Policies<C, P>,
@@ -87,10 +85,10 @@ pub fn cheapest_edges<C: Cost, P: Placement>(
     entries.into_iter().map(|entry| entry.edge).collect()
 }
 
-/// How many edges are looked at before they have their turn.
+/// The number of edges that are evaluated ahead of their turns.
 const LOOK_AHEAD: usize = 32;
 
-/// How many chunks of these are, where that keeps several threads busy.
+/// The number of chunks of this size if several threads share the work.
 const CHUNKS: usize = 4;
 
 fn run_in_rounds<C: Cost, P: Placement>(
@@ -103,7 +101,7 @@ fn run_in_rounds<C: Cost, P: Placement>(
     let mut round = Round::default();
     let mut bounds = Vec::with_capacity(LOOK_AHEAD);
     let looks_ahead = stepper.looks_ahead();
-    // How many collapses there were when all costs were looked at anew.
+    // The number of collapses at the last evaluation of all costs.
     let mut checked = None;
     loop {
         if let Some(reason) = stepper.reached(watch) {
@@ -118,7 +116,7 @@ fn run_in_rounds<C: Cost, P: Placement>(
             if stepper.is_part() || checked == Some(stepper.collapses()) {
                 return StopReason::Cost;
             }
-            // These are the costs of the time when the edges came, and some may have fallen since.
+            // The keys are costs from the time when the edges were added. Some may have fallen since.
             checked = Some(stepper.collapses());
             let entries = stepper.entries();
             rounds.refill(stepper.mesh().topology(), &entries);
@@ -130,8 +128,8 @@ fn run_in_rounds<C: Cost, P: Placement>(
                 let coming = &round.visits[chunk * LOOK_AHEAD..];
                 stepper.look_ahead(&coming[..coming.len().min(CHUNKS * LOOK_AHEAD)], ceiling);
             }
-            // The early bounds of edges whose turn comes soon bring their surroundings into the
-            // cache, many at a time: the edges do not wait for each other, as collapses do.
+            // The early bounds of the next edges bring their surroundings into the cache. Unlike collapses, these
+            // accesses are independent of each other.
             bounds.clear();
             bounds.extend(ahead.iter().map(|visit| stepper.early_bound(visit.edge)));
             for (i, (&visit, &bound)) in ahead.iter().zip(&bounds).enumerate() {
@@ -178,7 +176,7 @@ fn run_in_order<C: Cost, P: Placement>(
             if stepper.is_part() || checked == Some(stepper.collapses()) {
                 return StopReason::Cost;
             }
-            // Some costs may have fallen beyond the reach that is looked at after each collapse.
+            // Some costs may have fallen outside the reach that is updated after each collapse.
             checked = Some(stepper.collapses());
             let entries = stepper.entries();
             heap = Heap::new(stepper.mesh().topology().edge_capacity(), entries);
@@ -192,8 +190,8 @@ fn run_in_order<C: Cost, P: Placement>(
     }
 }
 
-/// Evaluates all edges within reach of the last collapse again. Those whose key has changed are put
-/// into the heap anew; the old entry is noticed to be out of date.
+/// Evaluates all edges within reach of the last collapse again. Edges with a new key are pushed again; the heap
+/// recognises the old entry as out of date.
 fn refresh<C: Cost, P: Placement>(
     stepper: &mut Stepper<'_, C, P>,
     heap: &mut Heap,

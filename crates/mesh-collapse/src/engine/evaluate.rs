@@ -1,8 +1,8 @@
-//! What an edge costs, found out in steps.
+//! The cost of an edge, evaluated in steps.
 //!
-//! A bound from the ends of the edge alone comes first, then a bound from what the faces around it add up to,
-//! then the cost itself, then the cost modifiers; as soon as one of them is above the threshold, that is enough.
-//! The faces are collected as late as the policies let them.
+//! The first step is a bound from the ends of the edge alone. Then come a bound from sums over the faces around it, the
+//! cost itself, and the cost modifiers. The evaluation ends as soon as a step exceeds the threshold. The faces are
+//! collected as late as the policies allow.
 
 use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh};
@@ -15,15 +15,15 @@ use crate::policies::Policies;
 use crate::policy::Scratch;
 use crate::rejection::Rejection;
 
-/// What is known of the cost of an edge.
+/// The result of an evaluation.
 pub(super) enum Assessment {
-    /// It is more than the threshold, and no less than this.
+    /// The cost is above the threshold, and at least this.
     Above(f64),
-    /// It is exactly this when the vertex that remains goes to this place.
+    /// The exact cost, with the position of the remaining vertex.
     Exact(Place, f64),
 }
 
-/// A bound of the cost of an edge from its ends alone, if there is one.
+/// A lower bound of the cost of an edge from its ends alone, if there is one.
 #[inline]
 pub(super) fn early_bound<C: Cost, P>(
     mesh: &TriMesh,
@@ -36,7 +36,7 @@ pub(super) fn early_bound<C: Cost, P>(
     policies.cost.early_bound(&patch).filter(|bound| !bound.is_nan())
 }
 
-/// The place and the cost of an edge, or a bound of the cost when that is above the threshold.
+/// The position and the cost of an edge, or a lower bound of the cost if it is above the threshold.
 #[inline]
 pub(super) fn assess<C: Cost, P: Placement>(
     Policies { cost, modifiers, placement, .. }: &Policies<C, P>,
@@ -76,7 +76,7 @@ pub(super) fn assess<C: Cost, P: Placement>(
     if cost.is_nan() { Err(Rejection::NotFinite) } else { Ok(Assessment::Exact(place, cost)) }
 }
 
-/// What it costs to collapse an edge to a place, relative to its midpoint.
+/// The cost of a collapse of an edge to a position, relative to its midpoint.
 pub(super) fn cost_at<C: Cost, P>(
     Policies { cost, modifiers, .. }: &Policies<C, P>,
     patch: &EdgePatch<'_>,

@@ -1,4 +1,4 @@
-//! The greedy loop: it gives each edge its turn, cheapest first.
+//! The greedy loop, which processes edges from the cheapest to the most expensive.
 
 mod detail;
 pub(crate) mod edge_collapse;

@@ -1,8 +1,8 @@
 //! Sums over the faces around each vertex.
 //!
-//! The planes of these faces all go through the vertex: about its position their quadric is a matrix and
-//! nothing else, and so is the plane that keeps the volume a normal. What the faces round an edge add up to
-//! follows from the sums of its two ends less the two faces that both of them have, with no walk round either.
+//! The planes of these faces all contain the vertex. So about its position their quadric has only a matrix, and the
+//! plane that keeps the volume has only a normal. The sums over the faces around an edge follow from the sums of its
+//! two ends, minus the two faces that both ends share. No walk around the ends is needed.
 
 use core::ops::{AddAssign, SubAssign};
 
@@ -13,14 +13,14 @@ use crate::geometry::edge_patch::{EdgePatch, PatchFace, PatchSum};
 use crate::geometry::quadric::Quadric;
 use crate::geometry::symmetric::Symmetric3;
 
-/// What some faces with a common corner add up to.
+/// The sums over some faces with a common corner.
 #[derive(Clone, Copy, Debug, Default)]
 struct FaceSum {
-    /// Of the memoryless quadric about that corner.
+    /// The matrix of the memoryless quadric about that corner.
     matrix: Symmetric3,
-    /// The vector areas, doubled.
+    /// The sum of the doubled vector areas.
     cross: DVec3,
-    /// The squares of their lengths.
+    /// The sum of the squares of their lengths.
     squares: f64,
 }
 
@@ -33,7 +33,7 @@ impl FaceSum {
         Self { matrix: Symmetric3::square(cross, weight), cross, squares }
     }
 
-    /// The area of the faces, which is the trace of the matrix.
+    /// The area of the faces: the trace of the matrix.
     #[inline]
     fn area(&self) -> f64 {
         self.matrix.diagonal.element_sum()
@@ -58,11 +58,11 @@ impl SubAssign for FaceSum {
     }
 }
 
-/// The faces around a vertex.
+/// The sum over the faces around a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 struct OneRingSum {
     sum: FaceSum,
-    /// The largest area that they have had since they were added up anew.
+    /// The largest area since the last summation from the faces.
     largest: f64,
 }
 
@@ -72,8 +72,8 @@ impl OneRingSum {
     }
 }
 
-/// Where the faces around a vertex have come to so small a part of their area by subtraction, they are added up
-/// anew: the digits of the large ones are in the way of theirs.
+/// If subtraction has reduced the area around a vertex below this part of its maximum, the sum is computed again from
+/// the faces, because rounding errors of the large terms have become too large.
 const LEAST_PART: f64 = 1e-2;
 
 /// The sums of all vertices, by index.
@@ -94,7 +94,7 @@ impl OneRingSums {
         Self(sums)
     }
 
-    /// What the faces around both ends of an edge add up to.
+    /// The sums over the faces around both ends of an edge.
     #[inline]
     pub(super) fn of_edge(&self, patch: &EdgePatch<'_>) -> PatchSum {
         let removed = self.0[patch.removed().index()].sum;
@@ -118,8 +118,8 @@ impl OneRingSums {
         }
     }
 
-    /// Takes up a collapse to `x`, relative to the midpoint of the edge, that is about to be carried out. The
-    /// patch has its faces.
+    /// Updates the sums for a collapse to `x`, relative to the midpoint of the edge, that is about to be carried out.
+    /// The patch must have its faces.
     pub(super) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
         let topology = patch.mesh().topology();
         let target = |face: &PatchFace| topology.target(topology.next(face.side)).index();
@@ -138,7 +138,7 @@ impl OneRingSums {
         self.0[patch.kept().index()] = OneRingSum::new(merged);
     }
 
-    /// Looks after the neighbours of the vertex that remains, once the collapse has been carried out.
+    /// Computes the sums of neighbours of the remaining vertex again where needed, after a collapse.
     pub(super) fn collapsed(&mut self, mesh: &TriMesh, kept: VertexId) {
         let topology = mesh.topology();
         for v in topology.one_ring(kept) {
@@ -162,7 +162,7 @@ mod tests {
     use crate::geometry::edge_patch::Place;
     use mesh_shapes::{Irregular, Plane, Sphere};
 
-    /// Inside and at the boundary, before and after each of many collapses.
+    /// In the interior and at the boundary, before and after each of many collapses.
     #[test]
     fn sums_of_edges_are_those_over_the_faces_of_their_patches() {
         let sphere =
@@ -206,7 +206,8 @@ mod tests {
         }
     }
 
-    /// A vertex that has lost a face a million times as large as the rest has the digits of the rest.
+    /// After a vertex has lost a face a million times as large as the rest, its sum is as precise as the sum over the
+    /// rest.
     #[test]
     fn small_faces_are_added_up_anew_once_large_ones_are_gone() {
         let points = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [-1.0, 0.4, 0.1]];

@@ -1,27 +1,27 @@
-//! What a run begins with, beside the mesh.
+//! Start data of a run, in addition to the mesh.
 
 use mesh_core::EdgeId;
 
 use crate::constraint::Constraints;
 use crate::geometry::quadric::Quadric;
 
-/// What a run takes over that goes on with another one, or collapses a part of a larger mesh.
+/// Start data of a run that continues another one, or that collapses a part of a larger mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Start {
     /// Constraints that follow the mesh already.
     pub followers: Constraints,
-    /// By vertex: the quadrics of the border edges that it has been merged with, about its position;
-    /// `None` for those of the mesh as it is, and nothing where no vertex has any.
+    /// For each vertex, the accumulated quadric of border edges, about its position; empty if no vertex has one. `None`
+    /// to compute them from the current mesh.
     pub borders: Option<Vec<Quadric>>,
-    /// By vertex: whether edges at it may collapse. `None` for all; otherwise the mesh is a part of a
-    /// larger one, and the run ends at the first edge beyond the largest cost.
+    /// For each vertex, whether edges at it may collapse; `None` for all. If set, the mesh is a part of a larger one,
+    /// and the run ends at the first edge beyond the largest cost.
     pub is_free: Option<Vec<bool>>,
-    /// Edges that are looked at first; the others only when these do not do. `None` for all at once.
+    /// Edges to try first; all others follow only if these are not enough. `None` for all edges at once.
     pub first: Option<Vec<EdgeId>>,
 }
 
 impl Start {
-    /// With constraints that follow the mesh already.
+    /// Start data with constraints that follow the mesh already.
     pub fn followed_by(followers: Constraints) -> Self {
         Self { followers, ..Self::default() }
     }

@@ -1,4 +1,4 @@
-//! One edge's turn: its cost, the constraints, the collapse, and who is told of it.
+//! The turn of an edge: its cost, the constraints, the collapse, and the updates after it.
 
 use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh, VertexId, parallel};
@@ -23,38 +23,38 @@ use crate::record::run::Run;
 use crate::record::target::StopReason;
 use crate::rejection::Rejection;
 
-/// A mesh under collapse and everything that follows it.
+/// A mesh under collapse, and all data that follows it.
 pub(super) struct Stepper<'a, C, P> {
     mesh: &'a mut TriMesh,
     policies: Policies<C, P>,
     fixed: VertexFreedom,
-    /// By vertex: whether edges at it may collapse; all may when there is none.
+    /// For each vertex, whether edges at it may collapse; `None` for all.
     is_free: Option<Vec<bool>>,
     first: Option<Vec<EdgeId>>,
-    /// The edges that were rejected, and wait for nothing but a change around them.
+    /// Whether each edge was rejected and waits for a change around it.
     is_refused: Vec<bool>,
-    /// The number of rejected edges at each vertex, or more.
+    /// An upper bound of the number of rejected edges at each vertex.
     refused_at: Vec<u32>,
     valences: ValenceTable,
     used_vertices: usize,
     detail: Detail,
     memory: Memory,
-    /// What looks at edges whose turn comes soon have left.
+    /// Results of evaluations ahead of the turns.
     ahead: Vec<Memory>,
-    /// The vertex that remains of the last collapse, and its neighbours.
+    /// The remaining vertex of the last collapse, and its neighbours.
     touched: Vec<VertexId>,
     result: Run,
 }
 
-/// What a look at an edge writes to.
+/// Buffers for the evaluation of an edge.
 #[derive(Default)]
 struct Memory {
-    /// The faces of the patch that is looked at.
+    /// The faces of the patch.
     faces: Vec<PatchFace>,
     scratch: Scratch,
 }
 
-/// What keys and choices of edges follow from; any number of them can be looked at side by side.
+/// The data that keys and choices depend on. It is shared by parallel evaluations.
 struct Evaluator<'m, 's, C, P> {
     mesh: &'m TriMesh,
     policies: &'s Policies<C, P>,
@@ -63,13 +63,13 @@ struct Evaluator<'m, 's, C, P> {
     detail: &'s Detail,
 }
 
-/// How an edge is collapsed, if it is.
+/// The decision about an edge.
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 enum Choice<'p> {
-    /// It costs more than the threshold, and no less than this.
+    /// The cost is above the threshold, and at least this.
     Above(f64),
     Collapse {
-        /// Its first vertex goes.
+        /// The patch whose first vertex is removed.
         patch: EdgePatch<'p>,
         place: Place,
         offset: DVec3,
@@ -78,7 +78,7 @@ enum Choice<'p> {
 }
 
 impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
-    /// The cost of an edge, or the quickest bound of it.
+    /// The cost of an edge, or its cheapest lower bound.
     fn key(&self, edge: EdgeId, memory: &mut Memory) -> Result<f64, Rejection> {
         let Self { mesh, policies, fixed, valences, detail } = *self;
         if valences.has_to_wait(mesh.topology(), edge) {
@@ -94,7 +94,7 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
         }
     }
 
-    /// Where an edge goes that costs no more than `ceiling`, if policies and constraints allow it.
+    /// The collapse of an edge that costs at most `ceiling`, if policies and constraints allow it.
     fn choose<'p>(
         &self,
         edge: EdgeId,
@@ -119,7 +119,7 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
         let is_forced = fixed.place(&patch)?.is_some();
         let (mut next, mut refused) = (place, 0);
         let (patch, place, offset) = loop {
-            // The vertex that stays is the one whose position does, if any.
+            // If the position of one vertex is kept, that vertex stays.
             let (patch, place) = match next {
                 Place::Removed => (patch.reversed(), Place::Kept),
                 place => (patch, place),
@@ -132,7 +132,7 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
             }
             refused += 1;
         };
-        // It may cost more at another place than at the best one.
+        // Alternatives to the best position may cost more.
         let cost = match refused {
             0 => cost,
             _ => cost_at(policies, &patch, offset, scratch),
@@ -141,10 +141,10 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
     }
 }
 
-/// What has become of an edge whose turn it was.
+/// The outcome of the turn of an edge.
 pub(super) enum Turn {
     Collapsed,
-    /// It costs more than the threshold, and no less than this.
+    /// The cost is above the threshold, and at least this.
     Above(f64),
     Refused,
 }
@@ -192,7 +192,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         self.mesh
     }
 
-    /// What the run did, now that it has stopped.
+    /// The report of the run, after its end.
     pub(super) fn finish(self, stop: StopReason) -> Run {
         let (mut run, protected) = (self.result, self.fixed.into_marks());
         (run.stop, run.locked, run.features) = (stop, protected.locked, protected.features);
@@ -204,7 +204,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         watch.reached(self.mesh.topology().face_count(), self.used_vertices, self.result.log.len())
     }
 
-    /// Makes room for what so many collapses leave.
+    /// Reserves memory for the records of this many collapses.
     pub(super) fn expect_collapses(&mut self, collapses: usize) {
         self.result.log.reserve(collapses);
     }
@@ -219,15 +219,15 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         self.is_free.is_some()
     }
 
-    /// Whether an edge may collapse as far as the rest of a larger mesh is concerned.
+    /// Whether an edge may collapse with regard to the rest of a larger mesh.
     fn is_free(&self, edge: EdgeId) -> bool {
         self.is_free.as_ref().is_none_or(|is_free| {
             self.mesh.topology().edge_vertices(edge).iter().all(|v| is_free[v.index()])
         })
     }
 
-    /// The edges that may collapse and are not rejected, with their costs or the quickest bounds of these: those that
-    /// are to be looked at first, until [`Stepper::others`] are, and then all.
+    /// The edges that may collapse and are not rejected, with their costs or their cheapest lower bounds. Until
+    /// [`Stepper::others`] is called, these are only the edges to try first.
     pub(super) fn entries(&mut self) -> Vec<Entry> {
         let topology = self.mesh.topology();
         let waits = |&edge: &EdgeId| !self.is_refused[edge.index()] && self.is_free(edge);
@@ -252,14 +252,13 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         entries
     }
 
-    /// All entries, if they were but the first ones until now.
+    /// All entries, if only the first ones were used until now.
     pub(super) fn others(&mut self) -> Option<Vec<Entry>> {
         self.first.take()?;
         Some(self.entries())
     }
 
-    /// A bound of the cost of an edge from its ends alone; minus infinity when there is none, or the
-    /// edge is gone.
+    /// A lower bound of the cost of an edge from its ends alone; minus infinity if there is none or the edge is gone.
     pub(super) fn early_bound(&self, edge: EdgeId) -> f64 {
         let Self { mesh, policies, fixed, .. } = self;
         let is_there = mesh.topology().contains_edge(edge);
@@ -267,7 +266,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         bound.flatten().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// The cost of an edge, or the quickest bound of it; `None` when the edge is rejected.
+    /// The cost of an edge, or its cheapest lower bound; `None` if the edge is rejected.
     pub(super) fn key(&mut self, edge: EdgeId) -> Option<f64> {
         let mut memory = core::mem::take(&mut self.memory);
         let key = self.evaluator().key(edge, &mut memory);
@@ -286,35 +285,35 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         Evaluator { mesh, policies, fixed, valences, detail }
     }
 
-    /// Whether to look at edges ahead of their turns, on all threads.
+    /// Whether to evaluate edges ahead of their turns, on all threads.
     pub(super) fn looks_ahead(&self) -> bool {
         self.policies.placement.is_asked_ahead() && parallel::threads() > 1
     }
 
-    /// Looks at edges whose turn comes soon, all side by side. Their turns come to the same as without that, only
-    /// that much of what they ask for has then been found, where no collapse has changed it since.
+    /// Evaluates edges ahead of their turns, in parallel. The turns have the same outcome as without this; they reuse
+    /// results that no collapse has invalidated in between.
     pub(super) fn look_ahead(&mut self, visits: &[Visit], ceiling: f64) {
         let mut ahead = core::mem::take(&mut self.ahead);
         ahead.resize_with(visits.len().max(ahead.len()), Memory::default);
         let evaluator = self.evaluator();
         parallel::update_each(&mut ahead[..visits.len()], |i, Memory { faces, scratch }| {
             if self.mesh.topology().contains_edge(visits[i].edge) {
-                // What it comes to is found again; what has been found on the way there stays in the memory.
+                // The turn evaluates the edge again; intermediate results stay in the memory.
                 let _ = evaluator.choose(visits[i].edge, ceiling, faces, scratch);
             }
         });
         self.ahead = ahead;
     }
 
-    /// Takes out what the look at one of the edges has left, for its turn.
+    /// Takes the memory of an evaluation ahead, for the turn of its edge.
     pub(super) fn recall(&mut self, visit: usize) {
         if let Some(memory) = self.ahead.get_mut(visit) {
             core::mem::swap(&mut self.memory, memory);
         }
     }
 
-    /// Collapses an edge that costs no more than `ceiling`, if everything allows it, and tells the
-    /// schedule of the edges that are to wait again.
+    /// Collapses an edge that costs at most `ceiling`, if policies and constraints allow it, and puts the affected
+    /// edges back into the schedule.
     pub(super) fn take_turn(
         &mut self,
         edge: EdgeId,
@@ -377,7 +376,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         Ok(Turn::Collapsed)
     }
 
-    /// Takes an edge out of the run; `collapses` is how many of them a run must be allowed for that.
+    /// Rejects an edge. `collapses` is the number of collapses that a run must be allowed to reach this rejection.
     fn refuse(&mut self, edge: EdgeId, rejection: Rejection, collapses: usize) {
         self.result.refuse(rejection, collapses);
         self.is_refused[edge.index()] = true;
@@ -395,7 +394,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         self.touched.extend(self.mesh.topology().one_ring(kept));
     }
 
-    /// Gives the rejected edges around the last collapse another chance.
+    /// Puts the rejected edges around the last collapse back into the schedule.
     fn readmit(&mut self, schedule: &mut dyn EdgeQueue) {
         let topology = self.mesh.topology();
         for &v in &self.touched {
@@ -414,13 +413,12 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         }
     }
 
-    /// Lists the edges whose cost the last collapse may have changed, by index; not those that are
-    /// rejected.
+    /// Lists the edges, by index, whose cost the last collapse may have changed, without rejected edges.
     pub(super) fn list_stale(&mut self, stale: &mut Vec<EdgeId>) {
         self.widen_touched();
         let topology = self.mesh.topology();
         stale.clear();
-        // The edges of the others wait for more than their cost.
+        // Edges at vertices of too high valence wait for more than a change of their cost.
         for &v in self.touched.iter().filter(|&&v| !self.valences.is_crowded(v)) {
             stale.extend(topology.edges_of_vertex(v));
         }
@@ -429,7 +427,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         stale.retain(|edge| !self.is_refused[edge.index()]);
     }
 
-    /// Brings the list of touched vertices to the reach of the cost.
+    /// Extends the list of touched vertices to the reach of the cost.
     fn widen_touched(&mut self) {
         let modifiers = self.policies.modifiers.iter().map(|modifier| modifier.reach());
         match modifiers.fold(self.policies.cost.reach(), Reach::max) {
@@ -450,7 +448,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 }
 
-/// Whether constraints, cost modifiers and the placement let a collapse pass.
+/// Whether constraints, cost modifiers and the placement allow a collapse.
 fn check<C: Cost, P: Placement>(
     policies: &Policies<C, P>,
     fixed: &VertexFreedom,

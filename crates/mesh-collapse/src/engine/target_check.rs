@@ -1,4 +1,4 @@
-//! When a run has come to one of its limits.
+//! The test whether a run has reached one of its limits.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
@@ -6,13 +6,13 @@ use std::time::Instant;
 use crate::record::run::{Phase, Progress};
 use crate::record::target::{StopReason, Target};
 
-/// How many collapses pass between two looks at the clock and the observer.
+/// The number of collapses between two checks of the clock and the observer.
 const OBSERVED_EVERY: usize = 1024;
 
-/// How many edges have their turn between them at most, collapsed or not.
+/// The largest number of turns between two checks, with or without collapses.
 const OBSERVED_TURNS: usize = 16 * OBSERVED_EVERY;
 
-/// The limits of a run and what is needed to tell whether they are reached.
+/// The limits of a run, and the data to test them.
 pub(super) struct TargetCheck<'a> {
     limits: &'a Target,
     observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
@@ -20,12 +20,12 @@ pub(super) struct TargetCheck<'a> {
     faces_before: usize,
     face_target: usize,
     observed: usize,
-    /// How often an edge had its turn since.
+    /// The number of turns since the last check.
     turns: usize,
 }
 
 impl<'a> TargetCheck<'a> {
-    /// For a mesh of so many faces. The time runs from now on.
+    /// Limits for a mesh with this many faces. The clock starts now.
     pub(super) fn new(
         limits: &'a Target,
         faces_before: usize,
@@ -39,7 +39,7 @@ impl<'a> TargetCheck<'a> {
             faces_before,
             face_target,
             observed: 0,
-            // The first look is at once: the time may be up before anything is done.
+            // The first check is immediate: the time may be over before anything is done.
             turns: OBSERVED_TURNS,
         }
     }
@@ -74,7 +74,7 @@ impl<'a> TargetCheck<'a> {
         (self.observe)(&progress).is_break().then_some(StopReason::Cancelled)
     }
 
-    /// The largest cost that is allowed.
+    /// The largest allowed cost.
     pub(super) fn cost(&self) -> f64 {
         self.limits.cost.unwrap_or(f64::INFINITY)
     }

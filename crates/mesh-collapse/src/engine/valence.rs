@@ -1,16 +1,15 @@
-//! How many edges each vertex has, and where these are too many.
+//! Valences of the vertices, and the limit above which edges wait.
 //!
-//! Whoever looks at the patch of an edge goes around both of its ends. At the tip of a cone with n
-//! sides that takes n steps for each of n edges, again and again as the rim is collapsed. The edges of
-//! such a vertex therefore wait until collapses of the rim have left it fewer of them. Where the rim cannot
-//! be collapsed, they stay.
+//! The evaluation of a patch goes around both ends of its edge. At the tip of a cone with n sides, that takes n steps
+//! for each of n edges, repeatedly while the rim is collapsed. So the edges of such a vertex wait until collapses of
+//! the rim have reduced its valence. If the rim cannot be collapsed, they stay.
 
 use mesh_core::{EdgeId, Topology, VertexId};
 
-/// The most edges of a vertex whose edges have their turn.
+/// The largest valence of a vertex whose edges may collapse.
 pub(crate) const MOST_EDGES: u32 = 512;
 
-/// The number of edges of each vertex, by index.
+/// The valence of each vertex, by index.
 #[derive(Clone, Debug)]
 pub(super) struct ValenceTable(Vec<u32>);
 
@@ -23,7 +22,7 @@ impl ValenceTable {
         Self(counts)
     }
 
-    /// Whether a vertex has so many edges that they have to wait.
+    /// Whether the valence of a vertex is so high that its edges have to wait.
     pub(super) fn is_crowded(&self, v: VertexId) -> bool {
         self.0[v.index()] > MOST_EDGES
     }
@@ -33,8 +32,8 @@ impl ValenceTable {
         topology.edge_vertices(edge).iter().any(|&v| self.is_crowded(v))
     }
 
-    /// Follows a collapse; `apexes` are the third corners of the faces that have vanished. Each of
-    /// these faces has made one edge of two.
+    /// Updates the valences after a collapse; `apexes` are the third corners of the vanished faces. Each of these faces
+    /// has merged two edges into one.
     pub(super) fn collapsed(
         &mut self,
         [removed, kept]: [VertexId; 2],

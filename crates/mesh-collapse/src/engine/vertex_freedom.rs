@@ -1,4 +1,4 @@
-//! Where the constraints of a run let a vertex go.
+//! The positions that the protections of a run allow for a vertex.
 
 use mesh_core::{EdgeId, Topology, TriMesh, VertexId};
 
@@ -8,18 +8,17 @@ use crate::geometry::quadric::Quadric;
 use crate::protect::{Boundary, Protect, Protected};
 use crate::rejection::Rejection;
 
-/// The constraints during a run, kept up to date.
+/// The protections during a run, kept up to date.
 #[derive(Clone, Debug)]
 pub(crate) struct VertexFreedom {
     protected: Protected,
-    /// The quadrics of border edges at each vertex, about its position. Empty when nothing has
-    /// one.
+    /// The quadrics of border edges at each vertex, about its position. Empty if there are none.
     borders: Vec<Quadric>,
 }
 
 impl VertexFreedom {
-    /// The constraints follow the mesh already. The quadrics of border edges are those of the mesh as it is unless
-    /// others are given.
+    /// The constraints must follow the mesh already. The quadrics of border edges are computed from the current mesh
+    /// unless others are given.
     pub(crate) fn new(
         mesh: &TriMesh,
         protect: &Protect,
@@ -33,8 +32,7 @@ impl VertexFreedom {
         fixed
     }
 
-    /// By vertex: the quadrics of the border edges that it has been merged with, about its position; nothing
-    /// where no vertex has any.
+    /// For each vertex, the accumulated quadric of border edges, about its position; empty if no vertex has one.
     pub(crate) fn borders(&self) -> &[Quadric] {
         &self.borders
     }
@@ -44,7 +42,7 @@ impl VertexFreedom {
         &self.protected.constraints
     }
 
-    /// The locked vertices, the feature edges and the constraints, as they are by now.
+    /// The locked vertices, the feature edges and the constraints, in their current state.
     pub(crate) fn into_marks(self) -> Protected {
         self.protected
     }
@@ -62,7 +60,7 @@ impl VertexFreedom {
             let [from, to] = topology.edge_vertices(e);
             let along = mesh.position(to) - mesh.position(from);
             for face in topology.edge_faces(e).into_iter().flatten() {
-                // Unit length times the length of the edge, so that the weight is one half.
+                // The length of the edge times a unit vector, so the weight is one half.
                 let across = along.cross(mesh.face_normal(face));
                 for v in [from, to] {
                     quadrics[v.index()] += Quadric::plane(across, 0.0, 0.5);
@@ -83,7 +81,7 @@ impl VertexFreedom {
             + self.borders[patch.kept().index()].moved_by(-b)
     }
 
-    /// Where the vertex has to go: `None` when it is free, or why the edge must stay.
+    /// The position that the vertex must take: `None` if it is free; an error if the edge must stay.
     #[inline]
     pub(crate) fn place(&self, patch: &EdgePatch<'_>) -> Result<Option<Place>, Rejection> {
         if self.protected.locked.is_none() && self.protected.features.is_none() {
@@ -130,7 +128,7 @@ impl VertexFreedom {
         topology.edges_of_vertex(v).filter(|&e| self.protected.is_feature(e)).count()
     }
 
-    /// Whether a face that vanishes has feature lines on both of its other sides.
+    /// Whether a vanishing face has feature lines on both of its other sides.
     fn merges_lines(&self, topology: &Topology, patch: &EdgePatch<'_>) -> bool {
         [patch.half_edge(), patch.half_edge().twin()].into_iter().any(|side| {
             let second = topology.next(side);
@@ -141,7 +139,7 @@ impl VertexFreedom {
         })
     }
 
-    /// Follows a collapse; the mesh is as it is after it.
+    /// Updates the data after a collapse has been carried out.
     pub(crate) fn collapsed(
         &mut self,
         mesh: &TriMesh,

@@ -1,16 +1,15 @@
-//! Where the parts of an assembly touch: vertices of different parts at the same place.
+//! Contacts between the parts of an assembly: vertices of different parts at equal positions.
 //!
-//! Parts that touched before a run cannot keep exactly to each other when one of them is simplified
-//! and the other is not yet: a chord of one cuts the corners of the other. What counts as touching
-//! there is therefore told by the vertices that met at the start:
+//! Parts that touched before a run cannot stay in exact contact if only one of them has been simplified so far: a chord
+//! of one cuts the corners of the other. So the vertices that met at the start decide what counts as touching:
 //!
-//! - A *shared point* is a vertex at the place of a vertex of another part. As long as both stay at
-//!   one place, their faces count as neighbours that have it in common.
-//! - Shared points that are joined by an edge in two parts form a *contact*: a seam, or a wall that is
-//!   there twice. Two faces of different parts at one contact may touch or overlap as far as all the
-//!   edges that meet the other face start at the contact.
+//! - A *shared point* is a vertex at the position of a vertex of another part. While both keep equal positions, their
+//!   faces count as neighbours with a common vertex.
+//! - Shared points that are joined by an edge in both parts form a *contact*: a seam, or a wall that exists twice. Two
+//!   faces of different parts at one contact may touch or overlap, provided that all edges that meet the other face
+//!   start at the contact.
 //!
-//! A collapse hands what the vertex that goes was on to the one that stays.
+//! In a collapse, the remaining vertex inherits the membership of the removed one.
 
 use std::collections::HashMap;
 
@@ -23,24 +22,24 @@ use mesh_core::{TriMesh, VertexId, triangles_cross};
 pub(crate) struct Contacts {
     /// The part of each vertex, by index.
     part: Vec<u32>,
-    /// By vertex: [`NONE`], or a number of the contact; `of_number` tells which are the same.
+    /// For each vertex, [`NONE`] or a number of a contact; several numbers may mean the same contact.
     number: Vec<u32>,
-    /// A forest: numbers whose trees have one root are one contact.
+    /// A forest: numbers with the same root are one contact.
     parent: Vec<u32>,
-    /// Whether the contact of a root has edges, and not a single point alone.
+    /// For a root, whether the contact has edges, and is not just a point.
     is_line: Vec<bool>,
 }
 
 const NONE: u32 = u32::MAX;
 
 impl Contacts {
-    /// The contacts of a mesh as it is; `None` when no parts touch at vertices.
+    /// The contacts of the current mesh; `None` if no parts touch at vertices.
     pub(crate) fn new(mesh: &TriMesh) -> Option<Self> {
         let topology = mesh.topology();
-        // In the order of their places, vertices at one place follow each other.
+        // After sorting by position, vertices with equal positions are consecutive.
         let mut order: Vec<VertexId> =
             topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).collect();
-        // Adding zero makes both zeros one.
+        // Adding zero turns -0 into 0.
         let key = |v: VertexId| (mesh.position(v) + DVec3::ZERO).to_array().map(f64::to_bits);
         order.sort_unstable_by_key(|&v| (key(v), v));
         let same_place = |a: &VertexId, b: &VertexId| key(*a) == key(*b);
@@ -67,7 +66,7 @@ impl Contacts {
         Some(contacts)
     }
 
-    /// Joins shared points between which two parts have an edge.
+    /// Joins shared points that are connected by an edge in two parts.
     fn join_lines(&mut self, mesh: &TriMesh) {
         let topology = mesh.topology();
         let mut first: HashMap<[u32; 2], u32> = HashMap::new();
@@ -84,7 +83,7 @@ impl Contacts {
                 self.is_line[root as usize] = true;
             }
         }
-        // Parents have smaller numbers, so that one pass brings all to their roots.
+        // Parents have smaller numbers, so one pass replaces every parent by its root.
         for number in 0..self.parent.len() {
             self.parent[number] = self.parent[self.parent[number] as usize];
         }
@@ -97,19 +96,19 @@ impl Contacts {
         number
     }
 
-    /// Makes two contacts one, under the smaller root.
+    /// Merges two contacts under the smaller root.
     fn join(&mut self, numbers: [u32; 2]) -> u32 {
         let [a, b] = numbers.map(|number| self.root(number));
         let (root, other) = (a.min(b), a.max(b));
         self.is_line[root as usize] |= self.is_line[other as usize];
-        // What is asked for often is close to the root.
+        // Shortens the path to the root for later queries.
         for number in [numbers[0], numbers[1], other] {
             self.parent[number as usize] = root;
         }
         root
     }
 
-    /// Follows a collapse.
+    /// Updates the contacts after a collapse.
     pub(crate) fn collapsed(&mut self, removed: VertexId, kept: VertexId) {
         let numbers = [removed, kept].map(|v| self.number[v.index()]);
         match numbers {
@@ -121,7 +120,7 @@ impl Contacts {
         }
     }
 
-    /// The end of an edge that stands for both once they are one vertex.
+    /// The end of an edge that represents both ends after they have merged.
     pub(crate) fn merged(&self, removed: VertexId, kept: VertexId) -> VertexId {
         if self.number_of(kept).is_none() && self.number_of(removed).is_some() {
             removed
@@ -134,14 +133,14 @@ impl Contacts {
         self.number.get(v.index()).copied().filter(|&number| number != NONE)
     }
 
-    /// The contact that a vertex belongs to, unless that is a single point.
+    /// The contact of a vertex, unless it is a single point.
     fn line(&self, v: VertexId) -> Option<u32> {
         self.number_of(v)
             .map(|number| self.root(number))
             .filter(|&root| self.is_line[root as usize])
     }
 
-    /// Whether two triangles that cross by their vertices are parts that touch.
+    /// Whether two triangles that cross, judged by their vertices, are only in contact.
     pub(crate) fn only_touch(&self, first: Triangle, second: Triangle) -> bool {
         let part = |of: Triangle| self.part.get(of.0[0].index()).copied().unwrap_or(NONE);
         if part(first) == part(second) {
@@ -150,7 +149,7 @@ impl Contacts {
         self.touch_at_points(first, second) || self.touch_at_contact(first, second)
     }
 
-    /// Whether they do not cross once shared points at one place count as one vertex.
+    /// Whether they do not cross if shared points at equal positions count as one vertex.
     fn touch_at_points(&self, first: Triangle, second: Triangle) -> bool {
         let mut joined = second;
         for (v, at) in joined.0.iter_mut().zip(second.1) {
@@ -164,7 +163,7 @@ impl Contacts {
         joined.0 != second.0 && !triangles_cross(first, joined)
     }
 
-    /// Whether they are at one contact, and no edge of either that is away from it meets the other.
+    /// Whether they belong to one contact, and each edge of either that meets the other starts at the contact.
     fn touch_at_contact(&self, first: Triangle, second: Triangle) -> bool {
         let lines = |of: Triangle| of.0.map(|v| self.line(v));
         let (a, b) = (lines(first), lines(second));
@@ -186,11 +185,11 @@ impl Contacts {
 mod tests {
     use super::*;
 
-    /// A triangle lies in a plane, and one of the edges of another that is away from their contact goes
-    /// through it: whichever is named first, that is more than to touch.
+    /// An edge of one triangle that is away from the contact passes through the other triangle. In either order of the
+    /// arguments, this is more than a contact.
     #[test]
     fn triangles_at_a_contact_touch_when_the_edges_of_neither_meet_the_other() {
-        // Two parts of two faces each, with the ends of one edge at the same places.
+        // Two parts with two faces each. One edge of each part has the same end positions.
         let (p, q) = ([0.0, 0.0, 0.0], [0.0, 3.0, 0.0]);
         let first = [p, q, [-1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]];
         let second = [p, q, [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]];
@@ -208,7 +207,7 @@ mod tests {
             assert_eq!(contacts.touch_at_contact(flat, through(z)), touches, "{z}");
             assert_eq!(contacts.touch_at_contact(through(z), flat), touches, "{z}");
         }
-        // Where only a point is shared, there is no contact.
+        // A single shared point is not a contact.
         let none = triangle([0, 2, 3].map(|v| v % 2 + 2), flat.1.map(|p| p.to_array()));
         assert!(!contacts.touch_at_contact(none, through(2.0)));
     }

@@ -1,4 +1,4 @@
-//! What a collapse changes: the faces around the two ends of an edge.
+//! The faces that a collapse changes: all faces around the two ends of an edge.
 //!
 //! ```text
 //!        o-----c-----o
@@ -18,7 +18,7 @@ use crate::geometry::quadric::Quadric;
 
 /// The faces around both ends of an edge, each once, measured from the midpoint of the edge.
 ///
-/// Costs, placements and constraints see a collapse through this.
+/// Costs, placements and constraints use it to evaluate a collapse.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgePatch<'a> {
     mesh: &'a TriMesh,
@@ -43,25 +43,25 @@ pub struct PatchFace {
     pub cross: DVec3,
 }
 
-/// What the faces of a patch add up to, about the midpoint of its edge.
+/// Sums over the faces of a patch, about the midpoint of its edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PatchSum {
     /// The memoryless quadric.
     pub(crate) quadric: Quadric,
-    /// The vector areas, doubled.
+    /// The sum of the doubled vector areas.
     pub(crate) cross: DVec3,
-    /// The dot product of each of these with a corner of its face.
+    /// The sum of the dot products of each with a corner of its face.
     pub(crate) offset: f64,
-    /// The squares of their lengths.
+    /// The sum of the squares of their lengths.
     pub(crate) squares: f64,
 }
 
-/// Where the vertex that remains goes.
+/// The position of the remaining vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// To the end of the edge that would go; it then stays, and the other one goes.
+    /// The position of the vertex that would be removed. That vertex then stays, and the other one is removed.
     Removed,
-    /// Nowhere: it stays where it is.
+    /// The position of the vertex that would remain: it does not move.
     Kept,
     /// To this point, relative to the midpoint of the edge.
     At(DVec3),
@@ -70,20 +70,20 @@ pub enum Place {
 /// A collapse that has been carried out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Collapse {
-    /// The vertex that is gone.
+    /// The removed vertex.
     pub removed: VertexId,
     /// The vertex that remains.
     pub kept: VertexId,
-    /// Where the removed vertex was.
+    /// The old position of the removed vertex.
     pub removed_from: DVec3,
-    /// Where the remaining vertex was.
+    /// The old position of the remaining vertex.
     pub kept_from: DVec3,
-    /// Where the remaining vertex is now.
+    /// The new position of the remaining vertex.
     pub position: DVec3,
 }
 
 impl Collapse {
-    /// What a collapse of a mesh does that has yet to be carried out.
+    /// The effect of a collapse that has not been carried out yet.
     pub(crate) fn new(mesh: &TriMesh, legal: &LegalCollapse, position: DVec3) -> Self {
         let (removed, kept) = (legal.removed(), legal.kept());
         let [removed_from, kept_from] = [removed, kept].map(|v| mesh.position(v));
@@ -117,7 +117,7 @@ impl<'a> EdgePatch<'a> {
         let (topology, twin) = (mesh.topology(), half_edge.twin());
         scratch.clear();
         for (along, end) in [(half_edge, -half), (twin, half)] {
-            // The faces that vanish: left of the edge, and left of what follows it clockwise.
+            // The vanishing faces: left of the edge, and left of the next edge clockwise.
             let vanishing = [along, topology.next(along.twin())];
             gather_fan(mesh, along, vanishing, origin, end, scratch);
         }
@@ -126,7 +126,7 @@ impl<'a> EdgePatch<'a> {
         Self { faces: scratch, remaining, ..self }
     }
 
-    /// The faces that vanish, whether or not the patch has its faces.
+    /// The vanishing faces, whether or not the patch has its faces.
     #[inline]
     pub(crate) fn vanishing_faces(&self) -> [Option<PatchFace>; 2] {
         let Self { mesh, half_edge, origin, half, .. } = *self;
@@ -136,7 +136,7 @@ impl<'a> EdgePatch<'a> {
         })
     }
 
-    /// The patch with the edge and its ends alone.
+    /// The patch with only the edge and its ends.
     #[inline]
     pub(crate) fn without_faces(mesh: &'a TriMesh, half_edge: HalfEdgeId) -> Self {
         let topology = mesh.topology();
@@ -159,7 +159,7 @@ impl<'a> EdgePatch<'a> {
         Self { border, ..self }
     }
 
-    /// The same patch, with what its faces add up to.
+    /// The same patch, with the sums over its faces.
     #[inline]
     pub(crate) fn with_sum(self, sum: PatchSum) -> Self {
         Self { sum: Some(sum), ..self }
@@ -171,31 +171,31 @@ impl<'a> EdgePatch<'a> {
         self.mesh
     }
 
-    /// The half-edge from the vertex that goes to the vertex that stays.
+    /// The half-edge from the removed vertex to the remaining vertex.
     #[must_use]
     pub fn half_edge(&self) -> HalfEdgeId {
         self.half_edge
     }
 
-    /// The vertex that goes.
+    /// The vertex that the collapse removes.
     #[must_use]
     pub fn removed(&self) -> VertexId {
         self.mesh.topology().origin(self.half_edge)
     }
 
-    /// The vertex that stays.
+    /// The vertex that remains.
     #[must_use]
     pub fn kept(&self) -> VertexId {
         self.mesh.topology().target(self.half_edge)
     }
 
-    /// The midpoint of the edge, from which everything in the patch is measured.
+    /// The midpoint of the edge: the origin of all positions in the patch.
     #[must_use]
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// The two ends of the edge relative to its midpoint: that which goes, that which stays.
+    /// The two ends of the edge relative to its midpoint: the removed one, then the remaining one.
     #[inline]
     #[must_use]
     pub fn ends(&self) -> [DVec3; 2] {
@@ -209,39 +209,39 @@ impl<'a> EdgePatch<'a> {
         4.0 * self.half.length_squared()
     }
 
-    /// All faces of the patch, the one or two that vanish last.
+    /// All faces of the patch; the one or two vanishing faces come last.
     #[inline]
     #[must_use]
     pub fn faces(&self) -> &'a [PatchFace] {
         self.faces
     }
 
-    /// The faces that remain, with their first corner moved.
+    /// The remaining faces, whose first corner moves.
     #[inline]
     #[must_use]
     pub fn remaining_faces(&self) -> &'a [PatchFace] {
         &self.faces[..self.remaining]
     }
 
-    /// The quadric of the boundary and feature edges that end at the two vertices, of the
-    /// original mesh and accumulated over collapses.
+    /// The quadric of the boundary and feature edges at the two vertices, taken from the original mesh and accumulated
+    /// over collapses.
     #[inline]
     #[must_use]
     pub fn border(&self) -> &Quadric {
         &self.border
     }
 
-    /// Fills `ring` with half-edges from the ends of the edge to the neighbours of the vertex that
-    /// remains, in the order in which they are after the collapse, clockwise; the left face of
-    /// each but the first joins it to the one before. Returns whether they are closed; if not,
-    /// that vertex lies on the boundary, and the first has no left face.
+    /// Fills `ring` with half-edges from the ends of the edge to the neighbours of the remaining vertex, clockwise, in
+    /// the order after the collapse. The left face of each half-edge except the first joins it to the one before.
+    /// Returns whether the ring is closed. If not, the remaining vertex lies on the boundary, and the first half-edge
+    /// has no left face.
     #[cfg(feature = "curvature")]
     pub(crate) fn merged_ring(&self, ring: &mut Vec<HalfEdgeId>) -> bool {
         let topology = self.mesh.topology();
         let (h, twin) = (self.half_edge, self.half_edge.twin());
         ring.clear();
-        // From the faces of one end to those of the other. The apex that both ends have as a
-        // neighbour has been met when the edge itself comes up.
+        // From the faces of one end to the faces of the other. The common apex has been visited when the edge itself is
+        // reached.
         let past_apex = |side: HalfEdgeId| topology.next(topology.next(side).twin());
         let exterior = [topology.origin(h), topology.target(h)]
             .map(|v| topology.half_edge_of_vertex(v).filter(|&e| topology.is_exterior(e)));
@@ -270,8 +270,8 @@ impl<'a> EdgePatch<'a> {
         0.5 * self.faces.iter().map(|f| f.cross.length()).sum::<f64>()
     }
 
-    /// The *memoryless* quadric (Lindstrom and Turk 1998): for each face of the patch its area
-    /// times the squared distance to its plane.
+    /// The *memoryless* quadric (Lindstrom and Turk 1998): the sum over the faces of the patch of the area times the
+    /// squared distance to the plane of the face.
     #[inline]
     #[must_use]
     pub fn face_quadric(&self) -> Quadric {
@@ -289,10 +289,9 @@ impl<'a> EdgePatch<'a> {
         sum
     }
 
-    /// The plane of all points to which the vertex may move without a change of the volume under
-    /// the patch (Lindstrom and Turk 1998), as `(g, h)` with `g·x = h`: the sum over the faces of
-    /// the dot products of the doubled vector area and the way from a corner to x vanishes. `None`
-    /// where the patch is so crumpled that its vector areas cancel.
+    /// The plane of all positions of the vertex that keep the volume under the patch (Lindstrom and Turk 1998), as `(g,
+    /// h)` with `g·x = h`. On it, the sum over the faces of the dot products of the doubled vector area and the vector
+    /// from a corner to x is zero. `None` if the vector areas of a crumpled patch cancel.
     #[inline]
     #[must_use]
     pub fn volume_plane(&self) -> Option<(DVec3, f64)> {
@@ -309,7 +308,7 @@ impl<'a> EdgePatch<'a> {
         (cross.length_squared() > 1e-6 * squares).then_some((cross, offset))
     }
 
-    /// A place relative to the midpoint of the edge.
+    /// A position relative to the midpoint of the edge.
     #[inline]
     #[must_use]
     pub fn offset(&self, place: Place) -> DVec3 {
@@ -320,7 +319,7 @@ impl<'a> EdgePatch<'a> {
         }
     }
 
-    /// A place in the coordinates of the mesh.
+    /// A position in the coordinates of the mesh.
     #[inline]
     #[must_use]
     pub fn position(&self, place: Place) -> DVec3 {
@@ -332,11 +331,11 @@ impl<'a> EdgePatch<'a> {
     }
 }
 
-/// A patch whose faces are collected when they are asked for.
+/// A patch whose faces are collected on demand.
 #[derive(Debug)]
 pub(crate) struct LazyPatch<'a> {
     patch: EdgePatch<'a>,
-    /// Where the faces go; nothing once they are there.
+    /// The buffer for the faces; `None` once they are collected.
     scratch: Option<&'a mut Vec<PatchFace>>,
 }
 
@@ -345,7 +344,7 @@ impl<'a> LazyPatch<'a> {
         Self { patch, scratch: Some(scratch) }
     }
 
-    /// The patch with as much as is there by now.
+    /// The patch in its current state.
     #[inline]
     pub(crate) fn as_is(&self) -> EdgePatch<'a> {
         self.patch
@@ -369,10 +368,9 @@ impl PatchFace {
     }
 }
 
-/// Collects the faces at the origin of `along`, which is at `end`, but for those of `vanishing`.
+/// Collects the faces at the origin of `along`, whose position is `end`, except the faces of `vanishing`.
 ///
-/// Every neighbour is looked up once: going round clockwise, it is the third corner of a face
-/// after it has been the second of the one before.
+/// Every neighbour is looked up once: clockwise, the second corner of one face is the third corner of the next.
 #[inline]
 fn gather_fan(
     mesh: &TriMesh,
@@ -385,7 +383,7 @@ fn gather_fan(
     let topology = mesh.topology();
     let Some(first) = topology.half_edge_of_vertex(topology.origin(along)) else { return };
     let at = |v: VertexId| mesh.position(v) - origin;
-    // At a boundary vertex, and only there, the first half-edge has no face.
+    // Only at a boundary vertex does the first half-edge have no face.
     let (mut side, mut third) = match topology.apex(first) {
         Some(apex) => (first, at(apex)),
         None => (topology.next(first.twin()), at(topology.target(first))),
@@ -430,8 +428,8 @@ mod tests {
         }
     }
 
-    /// Two pyramids on one square: around a side of it the doubled areas add up to (2h, 2h, 0), and their squares
-    /// to 6 (1 + 2h²).
+    /// Two pyramids on one square. Around a side of it the doubled areas have the sum (2h, 2h, 0), and their squares
+    /// the sum 6 (1 + 2h²).
     #[test]
     fn a_patch_whose_areas_cancel_has_no_volume_plane() {
         let has_plane = |h: f64| {

@@ -1,4 +1,4 @@
-//! Faces of a mesh that change, and whether they run into others.
+//! Tests whether changed faces of a mesh intersect other faces.
 
 use glam::DVec3;
 use mesh_core::crossing::Triangle;
@@ -6,7 +6,7 @@ use mesh_core::{FaceId, FaceTree, TriMesh, TriangleBounds, VertexId, triangles_c
 
 use crate::geometry::contact::Contacts;
 
-/// A face as it would be.
+/// A face after a change.
 pub struct ChangedFace {
     /// The face that changes.
     pub face: FaceId,
@@ -14,17 +14,17 @@ pub struct ChangedFace {
     pub triangle: Triangle,
 }
 
-/// What finds the faces near a place while a mesh is edited.
+/// A search structure for faces, kept up to date while a mesh is edited.
 #[derive(Clone, Debug)]
 pub struct NewIntersections {
     tree: FaceTree,
-    /// How many faces there were when the tree was made.
+    /// The number of faces when the tree was built.
     faces: usize,
-    /// Where parts touched before the first edit.
+    /// The contacts between parts before the first edit.
     contacts: Option<Contacts>,
 }
 
-/// The most faces of a vertex whose move is looked at; with more it counts as one that crosses.
+/// The largest number of faces of a vertex whose move is tested; with more faces, the move counts as crossing.
 const MOST_FACES: usize = 512;
 
 impl NewIntersections {
@@ -34,20 +34,20 @@ impl NewIntersections {
         Self { tree, faces, contacts: Contacts::new(mesh) }
     }
 
-    /// Whether two triangles cross, parts that go on touching left out.
+    /// Whether two triangles cross, unless they belong to parts in contact.
     fn cross(&self, first: Triangle, second: Triangle) -> bool {
         let only_touch = |contacts: &Contacts| contacts.only_touch(first, second);
         triangles_cross(first, second) && !self.contacts.as_ref().is_some_and(only_touch)
     }
 
-    /// The end of an edge that stands for both once they are one vertex.
+    /// The end of an edge that represents both ends after they have merged.
     pub fn merged(&self, removed: VertexId, kept: VertexId) -> VertexId {
         let contacts = self.contacts.as_ref();
         contacts.map_or(kept, |contacts| contacts.merged(removed, kept))
     }
 
-    /// Whether an edit makes faces cross that do not cross now: `changed` are the faces that get
-    /// other corners, `gone` those that vanish. Pairs that cross already do not count.
+    /// Whether an edit makes faces cross that do not cross now. `changed` are the faces with new corners, `gone` the
+    /// vanishing ones. Pairs that cross already do not count.
     pub fn would_arise(&self, mesh: &TriMesh, changed: &[ChangedFace], gone: &[FaceId]) -> bool {
         let topology = mesh.topology();
         let now = |f: FaceId| (topology.face_vertices(f), mesh.triangle(f));
@@ -74,8 +74,7 @@ impl NewIntersections {
         })
     }
 
-    /// Whether a split makes faces cross: those that take the place of `gone` each other, or others
-    /// that none of these crosses.
+    /// Whether a split makes faces cross: the new faces each other, or other faces that none of `gone` crosses.
     pub fn would_arise_instead(&self, mesh: &TriMesh, gone: &[FaceId], new: &[Triangle]) -> bool {
         let topology = mesh.topology();
         let now = |f: FaceId| (topology.face_vertices(f), mesh.triangle(f));
@@ -94,7 +93,7 @@ impl NewIntersections {
             })
     }
 
-    /// Whether faces come to cross when a vertex goes to `place`.
+    /// Whether faces start to cross when a vertex moves to `place`.
     pub fn would_arise_at(&self, mesh: &TriMesh, vertex: VertexId, place: DVec3) -> bool {
         let topology = mesh.topology();
         if topology.faces_of_vertex(vertex).nth(MOST_FACES).is_some() {
@@ -111,7 +110,7 @@ impl NewIntersections {
         self.would_arise(mesh, &changed, &[])
     }
 
-    /// Follows a collapse.
+    /// Updates the structure after a collapse.
     pub fn collapsed(&mut self, mesh: &TriMesh, removed: VertexId, kept: VertexId) {
         if let Some(contacts) = &mut self.contacts {
             contacts.collapsed(removed, kept);
@@ -119,7 +118,7 @@ impl NewIntersections {
         self.update(mesh, mesh.topology().faces_of_vertex(kept));
     }
 
-    /// Follows an edit of these faces.
+    /// Updates the structure after an edit of these faces.
     pub fn update(&mut self, mesh: &TriMesh, faces: impl IntoIterator<Item = FaceId>) {
         if 2 * mesh.topology().face_count() < self.faces {
             (self.tree, self.faces) = (FaceTree::new(mesh), mesh.topology().face_count());
@@ -129,17 +128,16 @@ impl NewIntersections {
     }
 }
 
-/// To compare so many triangles with each other takes less than to look who may cross.
+/// Up to this number of triangles, a comparison of all pairs is faster than a sweep.
 const FEW: usize = 32;
 
-/// Whether any two triangles that may cross have a property, which is asked for with the larger index
-/// first.
+/// Whether any two triangles that may cross have a property; `has` receives the larger index first.
 fn any_pair(extents: &[TriangleBounds], mut has: impl FnMut(usize, usize) -> bool) -> bool {
     if extents.len() <= FEW {
         return (0..extents.len()).any(|i| (0..i).any(|j| has(i, j)));
     }
-    // In the order of where they begin, seen from the vertex that all have in common if there is
-    // one, each can meet only those that begin before it ends.
+    // A sweep along x: triangles are sorted by their start, measured from the common vertex if there is one. Each can
+    // meet only triangles that start before it ends.
     let hub = extents.first().and_then(|first| {
         first.triangle.0.into_iter().find(|v| extents.iter().all(|e| e.triangle.0.contains(v)))
     });

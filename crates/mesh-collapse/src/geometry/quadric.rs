@@ -9,9 +9,8 @@ use crate::geometry::symmetric::Symmetric3;
 /// The function `x ↦ x·A x + 2 b·x + c` with a symmetric, positive semidefinite `A` (Garland and
 /// Heckbert 1997).
 ///
-/// `x` is measured from an origin that the user of the quadric keeps in mind: near the place of
-/// interest, so that no digits are lost far from the origin of the model.
-/// [`Quadric::moved_by`] changes the origin.
+/// `x` is measured from an origin that the caller chooses. It should be close to the points of interest, so that no
+/// digits are lost far from the origin of the model. [`Quadric::moved_by`] changes the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quadric {
@@ -23,13 +22,13 @@ pub struct Quadric {
     pub constant: f64,
 }
 
-/// Relative to the trace of `A`, the pull towards the origin in directions that the quadric leaves
-/// open. It moves a minimum by a billionth.
+/// Damping relative to the trace of `A`. It pulls the minimum towards the origin in directions in which the quadric is
+/// constant, and moves it by a relative amount of 1e-9.
 pub(crate) const DAMPING: f64 = 1e-9;
 
 impl Quadric {
-    /// `weight` times the squared distance to the plane `normal·x = offset`, where the normal need
-    /// not have length one: the distance is scaled by its length.
+    /// `weight` times the squared distance to the plane `normal·x = offset`. The normal need not be a unit vector; the
+    /// distance is scaled by its length.
     #[inline]
     #[must_use]
     pub fn plane(normal: DVec3, offset: f64, weight: f64) -> Self {
@@ -47,7 +46,7 @@ impl Quadric {
         x.dot(self.matrix.times(x) + 2.0 * self.linear) + self.constant
     }
 
-    /// The same function about another origin, `shift` away from this one.
+    /// The same function about another origin, at `shift` from the old one.
     #[inline]
     #[must_use]
     pub fn moved_by(&self, shift: DVec3) -> Self {
@@ -58,8 +57,8 @@ impl Quadric {
         }
     }
 
-    /// The sum of this and another quadric about the point half way between their origins, of which that
-    /// of the other lies twice `half` away.
+    /// The sum of this quadric and another one, about the point halfway between their origins. The origin of the other
+    /// lies at 2 `half` from this one.
     #[inline]
     pub(crate) fn joined(&self, other: &Self, half: DVec3) -> Self {
         let mut matrix = self.matrix;
@@ -74,9 +73,8 @@ impl Quadric {
         }
     }
 
-    /// The point with the smallest value; among those of the plane `normal·x = offset` if there is
-    /// one. Directions that do not matter are settled towards the origin. `None` when the quadric
-    /// is zero.
+    /// The point with the smallest value, within the plane `normal·x = offset` if given. In directions in which the
+    /// quadric is constant, the point is as close to the origin as possible. `None` if the quadric is zero.
     #[inline]
     #[must_use]
     pub fn minimizer(&self, plane: Option<(DVec3, f64)>) -> Option<DVec3> {
@@ -145,7 +143,7 @@ mod tests {
         assert!(x.distance(DVec3::new(1.0, 2.0, 3.0)) < 1e-6, "{x}");
         let on_plane = corner().minimizer(Some((DVec3::Z, 4.0))).unwrap();
         assert!((on_plane.z - 4.0).abs() < 1e-12);
-        // On the plane, the gradient is along its normal.
+        // In the plane, the gradient is parallel to its normal.
         let gradient = corner().matrix.times(on_plane) + corner().linear;
         assert!(gradient.truncate().length() < 1e-7);
     }

@@ -1,10 +1,10 @@
-//! Symmetric matrices of three rows.
+//! Symmetric 3 × 3 matrices.
 
 use core::ops::{AddAssign, Mul};
 
 use glam::DVec3;
 
-/// A symmetric matrix.
+/// A symmetric 3 × 3 matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Symmetric3 {
@@ -15,7 +15,7 @@ pub struct Symmetric3 {
 }
 
 impl Symmetric3 {
-    /// `weight` times the matrix of the products of the components of a vector.
+    /// `weight` times the outer product of a vector with itself.
     #[inline]
     #[must_use]
     pub fn square(v: DVec3, weight: f64) -> Self {
@@ -38,8 +38,8 @@ impl Symmetric3 {
         )
     }
 
-    /// The factors `L D Lᵀ` of this positive semidefinite matrix with `damping` times its trace
-    /// added to the diagonal; `None` when that is not positive definite.
+    /// The factors `L D Lᵀ` of this positive semidefinite matrix, with `damping` times its trace added to the diagonal;
+    /// `None` if the sum is not positive definite.
     #[inline]
     pub fn factors(&self, damping: f64) -> Option<Factors> {
         let damping = damping * self.diagonal.element_sum();

@@ -1,4 +1,4 @@
-//! The butterfly subdivision mask (Dyn, Levin and Gregory 1990), as KKL02 section 4.1 uses it.
+//! The butterfly subdivision mask (Dyn, Levin and Gregory 1990), as in KKL02 section 4.1.
 
 use glam::DVec3;
 use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
@@ -8,8 +8,8 @@ use crate::geometry::edge_patch::{EdgePatch, Place};
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy};
 
-/// Puts the vertex where butterfly subdivision would put the middle of the edge: always by the
-/// eight-point mask, on the boundary by the four-point mask along it.
+/// Puts the vertex where butterfly subdivision would put the midpoint of the edge: by the eight-point mask, or by the
+/// four-point mask along the boundary.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ButterflyPoint;
 

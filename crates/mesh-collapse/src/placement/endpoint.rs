@@ -7,8 +7,8 @@ use crate::geometry::edge_patch::{EdgePatch, Place};
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy};
 
-/// Leaves the vertex at that end of the edge where it costs less, so that the vertices of the
-/// result are among those of the original.
+/// Puts the vertex at the end of the edge with the lower cost, so that the vertices of the result are a subset of the
+/// original ones.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BestEndpoint;
 

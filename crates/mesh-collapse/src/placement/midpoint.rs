@@ -1,4 +1,4 @@
-//! The middle of the edge.
+//! The midpoint of the edge.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use crate::geometry::edge_patch::{EdgePatch, Place};
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy};
 
-/// Puts the vertex in the middle of the edge.
+/// Puts the vertex at the midpoint of the edge.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Midpoint;
 

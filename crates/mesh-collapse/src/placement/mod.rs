@@ -1,4 +1,4 @@
-//! Where the vertex goes that remains of a collapsed edge.
+//! Placements: rules for the position of the remaining vertex.
 
 mod butterfly;
 mod endpoint;
@@ -17,10 +17,10 @@ use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy, Scratch};
 use crate::rejection::Rejection;
 
-/// Chooses the place of the vertex that remains.
+/// Chooses the position of the remaining vertex.
 pub trait Placement: Policy {
-    /// The place. `quadric` is that of the cost, if it has one, and `cost` the cost as a function
-    /// of the place relative to the midpoint of the edge.
+    /// The position. `quadric` is the quadric of the cost, if it has one. `cost` is the cost as a function of the
+    /// position relative to the midpoint of the edge.
     fn place(
         &self,
         patch: &EdgePatch<'_>,
@@ -28,11 +28,11 @@ pub trait Placement: Policy {
         cost: &mut dyn FnMut(DVec3) -> f64,
     ) -> Place;
 
-    /// Whether the place that was chosen, relative to the midpoint, will do. Asked last, after the
-    /// constraints, so that it may take its time.
+    /// Whether the chosen position, relative to the midpoint, is acceptable. Called last, after the constraints, so it
+    /// may be expensive.
     ///
     /// # Errors
-    /// The reason why not.
+    /// The reason for the rejection.
     fn check(
         &self,
         patch: &EdgePatch<'_>,
@@ -43,34 +43,33 @@ pub trait Placement: Policy {
         Ok(())
     }
 
-    /// Another place to be tried, after so many were rejected by [`Placement::check`] or a constraint; with
-    /// the first one rejected it is asked for with 0. `None` when there is none, which then is the end
-    /// of it.
+    /// An alternative position, after `refused` positions were rejected in addition to the first one, by
+    /// [`Placement::check`] or a constraint. The first call has 0. `None` ends the attempts.
     fn instead(&self, refused: usize) -> Option<Place> {
         let _ = refused;
         None
     }
 
-    /// Called before each collapse, which is certain by then. What is of the placement in the memory is what
-    /// [`Placement::check`] of this very place has left there.
+    /// Called before each collapse, when it is certain. The data of the placement in `scratch` is the data that
+    /// [`Placement::check`] has left for this position.
     fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
         let _ = (patch, x, scratch);
     }
 
-    /// Whether [`Placement::check`] takes so long that it is asked ahead of the turns of edges, for many side by
-    /// side, where there are several threads. It is asked again when the turn comes, with the same memory: there
-    /// it finds what it has left, and has to see whether that still holds.
+    /// Whether [`Placement::check`] is so expensive that, with several threads, it should be called ahead of the turns,
+    /// for many edges in parallel. It is called again in the turn of the edge, with the same memory. It can reuse its
+    /// earlier result there, and must test whether it is still valid.
     fn is_asked_ahead(&self) -> bool {
         false
     }
 
-    /// What of the patch is looked at by [`Placement::place`], other than by the cost.
+    /// The data of the patch that [`Placement::place`] uses, apart from the cost.
     fn needs(&self) -> Needs {
         Needs::Faces
     }
 }
 
-/// For placements that are chosen at run time.
+/// For placements chosen at run time.
 impl<P: Placement + ?Sized> Placement for Box<P> {
     fn place(
         &self,

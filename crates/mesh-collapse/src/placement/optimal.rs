@@ -7,14 +7,13 @@ use crate::geometry::edge_patch::{EdgePatch, Place};
 use crate::geometry::quadric::Quadric;
 use crate::policy::{Needs, Policy};
 
-/// Puts the vertex at the minimum of the quadric: that of the cost, or the memoryless one when the
-/// cost has none.
+/// Puts the vertex at the minimum of the quadric of the cost, or of the memoryless quadric if the cost has none.
 ///
-/// Where the minimum is not determined, or farther than ten edge lengths from the middle of the
-/// edge, the best of the middle and the two ends is taken.
+/// If the minimum is undetermined, or farther than ten edge lengths from the midpoint of the edge, the best of the
+/// midpoint and the two ends is used.
 #[derive(Clone, Copy, Debug)]
 pub struct Optimal {
-    /// Whether only places are considered that keep the volume (Lindstrom and Turk 1998).
+    /// Whether only positions that keep the volume are allowed (Lindstrom and Turk 1998).
     pub keep_volume: bool,
 }
 
@@ -24,7 +23,7 @@ impl Default for Optimal {
     }
 }
 
-/// The largest accepted distance from the middle of the edge, in edge lengths.
+/// The largest accepted distance from the midpoint of the edge, in edge lengths.
 const FARTHEST: f64 = 10.0;
 
 impl Policy for Optimal {}
@@ -51,7 +50,7 @@ impl Placement for Optimal {
     }
 }
 
-/// The best of the middle and the two ends, in this order when equal.
+/// The best of the midpoint and the two ends, in this order for equal values.
 fn best_on_edge(patch: &EdgePatch<'_>, quadric: &Quadric) -> Place {
     let mut best = (quadric.constant, Place::At(DVec3::ZERO));
     for place in [Place::Removed, Place::Kept] {

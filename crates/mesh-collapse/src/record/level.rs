@@ -12,12 +12,12 @@ pub struct Level {
     pub mesh: TriMesh,
     /// The protected vertices and edges of the level.
     pub protected: Protected,
-    /// For each vertex of the original, the one that it has become.
+    /// For each vertex of the original, the vertex that it was merged into.
     pub vertex_map: VertexMap<Option<VertexId>>,
 }
 
 impl Level {
-    /// The level after the first `count` collapses on a mesh with these marks.
+    /// The level after the first `count` collapses on a mesh with these protected elements.
     pub fn new(
         original: &TriMesh,
         protected: &Protected,
@@ -28,7 +28,7 @@ impl Level {
         Ok(Self::compacted(mesh, &protected, log, count).0)
     }
 
-    /// The mesh that a run has left.
+    /// The mesh at the end of a run.
     pub fn at_end(mesh: TriMesh, run: &Run) -> Self {
         let Run { locked, features, followers, log, .. } = run;
         let protected = Protected {
@@ -39,7 +39,7 @@ impl Level {
         Self::compacted(mesh, &protected, log, log.len()).0
     }
 
-    /// What has been left [`with_gaps`], and where its elements are now.
+    /// The result of [`with_gaps`] without its gaps, and the new handles of its elements.
     pub fn compacted(
         mut mesh: TriMesh,
         protected: &Protected,
@@ -54,7 +54,7 @@ impl Level {
         (Self { mesh, protected, vertex_map }, remap)
     }
 
-    /// This level after more collapses, which have led to `next`.
+    /// Combines this level with `next`, which was made from it by more collapses.
     pub fn followed_by(self, next: Self) -> Self {
         let vertex_map =
             self.vertex_map.as_slice().iter().map(|v| v.and_then(|v| next.vertex_map[v]));
@@ -62,7 +62,7 @@ impl Level {
     }
 }
 
-/// A mesh and its marks after the first `count` collapses on it, with the gaps that these leave.
+/// A mesh and its protected elements after the first `count` collapses, with gaps.
 pub fn with_gaps(
     original: &TriMesh,
     protected: &Protected,
@@ -77,8 +77,8 @@ pub fn with_gaps(
 }
 
 impl CollapseLog {
-    /// The mesh after the first `count` collapses, without gaps, and what the vertices of the
-    /// original are in it: a level of detail.
+    /// A level of detail: the mesh after the first `count` collapses, without gaps, and the vertex of the level for
+    /// each vertex of the original.
     ///
     /// # Errors
     /// As [`CollapseLog::replay`].
@@ -106,8 +106,7 @@ mod tests {
     use crate::record::target::Target;
     use mesh_shapes::{Irregular, Wave};
 
-    /// What is left of a run when it is cut off is the run that was allowed no more, rejections and
-    /// marks included.
+    /// A truncated run equals a run with a lower limit, including its rejections and protected elements.
     #[test]
     fn a_run_cut_off_is_the_run_with_fewer_collapses() {
         let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };

@@ -1,4 +1,4 @@
-//! What a run of collapses did: its log, the levels that the log leads to, and why the run stopped.
+//! Records of runs: the log of the collapses, the levels made from it, and the reason for the end of a run.
 
 pub(crate) mod level;
 pub(crate) mod log;

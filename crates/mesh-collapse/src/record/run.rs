@@ -1,4 +1,4 @@
-//! What a run of collapses did.
+//! Reports of runs of collapses.
 
 use mesh_core::{EdgeMap, VertexMap};
 
@@ -8,22 +8,22 @@ use crate::record::snapshot::Snapshot;
 use crate::record::target::StopReason;
 use crate::rejection::{Rejection, Rejections};
 
-/// What is being done.
+/// The phase of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Phase {
     /// Edges are collapsed.
     Collapse,
-    /// The coarsest level within the largest allowed error is looked for.
+    /// The coarsest level within the error limit is searched.
     Search,
     /// A level is fitted.
     Fit,
-    /// It is annealed.
+    /// A level is annealed.
     Anneal,
-    /// The largest errors are taken down.
+    /// The largest errors are reduced.
     MaxError,
-    /// A level within the largest allowed error is collapsed further.
+    /// A level within the error limit is collapsed further.
     DecimateToTolerance,
     /// The distance from the original is measured.
     Measure,
@@ -45,23 +45,23 @@ impl Phase {
     }
 }
 
-/// How far a run has come; given to the observer now and then.
+/// The progress of a run, as reported to the observer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Progress {
-    /// What is being done.
+    /// The current phase.
     pub phase: Phase,
     /// The number of faces at the start.
     pub faces_before: usize,
     /// The number of faces now.
     pub faces: usize,
-    /// The number of faces at which the run ends if nothing ends it earlier.
+    /// The number of faces at which the run ends, unless another limit is reached first.
     pub face_target: usize,
     /// The number of collapses so far.
     pub collapses: usize,
 }
 
-/// What a run of [`collapse_edges`](crate::collapse_edges) did.
+/// The report of a run of [`collapse_edges`](crate::collapse_edges).
 #[derive(Clone, Debug)]
 pub struct Run {
     /// Why it stopped.
@@ -74,21 +74,20 @@ pub struct Run {
     pub rejections: Rejections,
     /// The largest cost of a collapse.
     pub max_cost: f64,
-    /// The locked vertices of the mesh as it is now, if there are any.
+    /// The locked vertices of the current mesh, if there are any.
     pub locked: Option<VertexMap<bool>>,
-    /// The feature edges of the mesh as it is now, if they were given.
+    /// The feature edges of the current mesh, if they were given.
     pub features: Option<EdgeMap<bool>>,
-    /// The constraints that followed the mesh before the run, and still do.
+    /// The constraints that followed the mesh before the run and during it.
     pub followers: Constraints,
-    /// Every rejection, in order, with the number of collapses that a run must be allowed to come to
-    /// it.
+    /// Every rejection, in order, with the number of collapses that a run must be allowed to reach it.
     pub refused: Vec<(u32, Rejection)>,
-    /// Meshes on the way, if they were to be kept.
+    /// Snapshots of the run, if they were requested.
     pub snapshots: Vec<Snapshot>,
 }
 
 impl Run {
-    /// A run that has not begun.
+    /// A run that has not started.
     pub(crate) fn new() -> Self {
         Self {
             stop: StopReason::NothingLeft,
@@ -104,22 +103,22 @@ impl Run {
         }
     }
 
-    /// Appends a collapse that was carried out.
+    /// Appends a collapse.
     pub fn push(&mut self, entry: LogEntry) {
         self.collapses += 1;
         self.log.push(entry);
         self.max_cost = self.max_cost.max(entry.cost);
     }
 
-    /// Counts a rejection that takes a run of so many `collapses`.
+    /// Counts a rejection that a run reaches after `collapses` collapses.
     pub fn refuse(&mut self, rejection: Rejection, collapses: usize) {
         self.rejections.count(rejection);
         self.refused.push((collapses as u32, rejection));
     }
 
-    /// Forgets all but the first collapses, as though no more had been allowed. Why it stopped is
-    /// then for the caller to say, and `locked` and `features` are still those of the end. Rejections in
-    /// blocks stay, of which it is not known when they came.
+    /// Keeps only the first collapses, as if the run had been limited to them. The caller must set the reason for the
+    /// stop; `locked` and `features` still describe the end. Rejections in blocks are kept, because their times are
+    /// unknown.
     pub fn truncate(&mut self, collapses: usize) {
         self.log.truncate(collapses);
         self.collapses = self.log.len();

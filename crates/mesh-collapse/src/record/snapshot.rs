@@ -1,16 +1,16 @@
-//! Meshes that a run leaves on the way.
+//! Meshes saved during a run.
 
 use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 
-/// A mesh on the way of a run, as the run had it: without gaps, and where its elements come from.
+/// A mesh saved during a run, without gaps, with the origin of its elements.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
     /// The mesh.
     pub mesh: TriMesh,
-    /// The vertices of the original that are left.
+    /// The vertex of the original for each vertex.
     pub vertices: Vec<VertexId>,
-    /// By half-edge: that of the original; nothing unless collapses are recorded.
+    /// The half-edge of the original for each half-edge; empty unless collapses are recorded.
     pub half_edges: Vec<HalfEdgeId>,
-    /// How many collapses there were before it.
+    /// The number of collapses before the snapshot.
     pub collapses: usize,
 }

@@ -1,46 +1,46 @@
-//! When to stop collapsing, and why it stopped.
+//! Targets of a run, and reasons for its end.
 
 use core::time::Duration;
 
-/// Target; the first one that is reached ends the run. Without any, edges are collapsed for as long
-/// as it is allowed.
+/// The limits of a run; the first one that is reached ends it. Without limits, edges are collapsed as long as any
+/// collapse is allowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Target {
     /// Stop with this many faces, or one fewer: a collapse inside the surface removes two.
     pub faces: Option<usize>,
-    /// Stop with this many vertices, those without faces not counted.
+    /// Stop with this many vertices, not counting vertices without faces.
     pub vertices: Option<usize>,
     /// Stop at this ratio of faces to faces of the input.
     pub ratio: Option<f64>,
-    /// Stop before a collapse that costs more than this. The unit is that of the cost.
+    /// Stop before a collapse that costs more than this, in the unit of the cost.
     pub cost: Option<f64>,
     /// Stop after this many collapses.
     pub collapses: Option<usize>,
-    /// Stop after this time. The result then depends on how fast the machine is.
+    /// Stop after this time. The result then depends on the speed of the machine.
     pub time: Option<Duration>,
 }
 
-/// Why no more edges were collapsed.
+/// The reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StopReason {
-    /// The number of faces was reached, given as such or as a ratio.
+    /// The number of faces was reached, given directly or as a ratio.
     Faces,
     /// The number of vertices was reached.
     Vertices,
     /// The number of collapses was reached.
     Collapses,
-    /// Every collapse that is left costs more than allowed.
+    /// Every remaining collapse costs more than allowed.
     Cost,
-    /// More collapses would have exceeded the largest allowed error.
+    /// More collapses would exceed the error limit.
     Error,
-    /// The time was up.
+    /// The time limit was reached.
     Time,
-    /// The observer said so.
+    /// The observer stopped the run.
     Cancelled,
-    /// Every edge that is left was rejected.
+    /// Every remaining edge was rejected.
     NothingLeft,
 }
 
@@ -62,7 +62,7 @@ impl StopReason {
 }
 
 impl Target {
-    /// The number of faces to stop at for a mesh of so many, from the count and the ratio.
+    /// The number of faces at which a run stops, from the count and the ratio, for a mesh with `faces` faces.
     #[must_use]
     pub fn face_target(&self, faces: usize) -> usize {
         let by_ratio = self.ratio.map_or(0, |ratio| (ratio * faces as f64).ceil() as usize);

@@ -14,7 +14,7 @@
 
 use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
 
-/// The fans of corners round the vertices.
+/// The fans of corners around the vertices.
 pub(crate) struct Fans {
     /// Per corner, its fan.
     of_corner: Vec<u32>,
@@ -38,8 +38,8 @@ impl Fans {
         fans
     }
 
-    /// Collects the fan of a corner: first counter-clockwise, through the sides that enter the
-    /// vertex, then, unless that led back, clockwise through the sides that leave it.
+    /// Collects the fan of a corner: first counter-clockwise, through the sides that enter the vertex. If that does not
+    /// lead back to the corner, then also clockwise, through the sides that leave the vertex.
     fn collect(&mut self, first: u32, vertex: u32, mate: &[u32]) {
         let fan = self.vertex.len() as u32;
         self.vertex.push(vertex);
@@ -71,8 +71,8 @@ impl Fans {
     }
 }
 
-/// Gives every fan beyond the first at a vertex its own copy of the vertex, appended after the
-/// given ones. Returns the vertex that each copy is a copy of.
+/// Gives every fan beyond the first at a vertex its own copy of the vertex, appended after the given ones. Returns the
+/// original vertex of each copy.
 pub(crate) fn cut_apart(
     vertex_count: usize,
     triangles: &mut [[u32; 3]],

@@ -10,7 +10,7 @@ use crate::build::{
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::edge_connectivity::EdgeConnectivity;
 
-/// Counts of the parts and defects of a polygon soup, as it is: nothing welded, nothing repaired.
+/// Counts of the parts and defects of a polygon soup, without any weld or repair.
 ///
 /// Polygons are cut into triangles as [`crate::build()`] does; all counts but the first five are of
 /// triangles and their edges. Connectivity (edges, boundary, components, Euler characteristic and
@@ -31,7 +31,7 @@ pub struct Diagnosis {
     pub larger_polygons: usize,
     /// Faces with fewer than three corners.
     pub too_small_faces: usize,
-    /// Faces that refer to vertices that are not there.
+    /// Faces that refer to vertices that do not exist.
     pub out_of_range_faces: usize,
     /// Vertices with a coordinate that is infinite or not a number.
     pub non_finite_vertices: usize,
@@ -45,7 +45,7 @@ pub struct Diagnosis {
     pub zero_area_faces: usize,
     /// Proper triangles of positive area with a height below 1/1000 of their longest side.
     pub slivers: usize,
-    /// Proper triangles with the same vertices as an earlier one, in whichever order.
+    /// Proper triangles with the same vertices as an earlier one, in any order.
     pub duplicate_faces: usize,
     /// Edges: pairs of vertices that are joined by a side of a proper triangle.
     pub edges: usize,
@@ -127,7 +127,7 @@ pub fn diagnose(soup: &PolygonSoup) -> Result<Diagnosis, BuildError> {
     Ok(diagnosis)
 }
 
-/// Components of which the repair would reverse more than half of the area.
+/// Components for which the repair would reverse more than half of the area.
 fn count_inside_out(soup: &PolygonSoup) -> Option<usize> {
     let (built, reversed) = build_and_compare(soup, &Repair::lenient()).ok()?;
     let (mesh, topology) = (&built.mesh, built.mesh.topology());

@@ -210,7 +210,7 @@ impl<'a> Draft<'a> {
         self.provenance.corner_source.retain(|_| retain.next() == Some(&false));
     }
 
-    /// Drops vertices that no triangle uses, if that is wanted.
+    /// Drops vertices that no triangle uses, if the repair asks for it.
     pub(super) fn drop_unreferenced(&mut self) {
         if !self.repair.drop_unreferenced {
             return;

@@ -11,8 +11,7 @@ pub(crate) struct Duplicate {
     pub(crate) original: u32,
 }
 
-/// Every triangle that has the same vertices as an earlier one, in whichever order, sorted by
-/// triangle.
+/// Every triangle that has the same vertices as an earlier one, in any order, sorted by triangle.
 pub(crate) fn find_duplicates(triangles: &[[u32; 3]], edges: &EdgeTable) -> Vec<Duplicate> {
     let mut duplicates = Vec::new();
     let mut candidates: Vec<(u32, u32)> = Vec::new();

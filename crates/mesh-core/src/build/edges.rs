@@ -9,7 +9,7 @@ use crate::topology::pairing::{bucket_by_smaller_vertex, larger_end, side_ends};
 /// Stands for no side, no fan, no element.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// The side that precedes round the triangle.
+/// The previous side of the triangle.
 #[inline]
 pub(crate) fn previous(side: u32) -> u32 {
     if side.is_multiple_of(3) { side + 2 } else { side - 1 }
@@ -17,7 +17,7 @@ pub(crate) fn previous(side: u32) -> u32 {
 
 /// The sides of triangles, grouped by the edge that they lie on.
 pub(crate) struct EdgeTable {
-    /// Sides, those of one edge next to each other and ascending.
+    /// Sides; the sides of one edge are contiguous and ascending.
     sides: Vec<u32>,
     /// One past the last side of each edge.
     ends: Vec<u32>,

@@ -7,7 +7,7 @@ use crate::mesh::MeshError;
 
 /// Why [`crate::build()`] refused a polygon soup: what is wrong, where, and which repair helps.
 ///
-/// Faces and vertices are those of the soup, counted from zero.
+/// Faces and vertices are numbered as in the soup, from zero.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
@@ -16,11 +16,11 @@ pub enum BuildError {
         "the mesh has {count} {what}, but 32-bit indices allow only {limit}; split it into parts"
     )]
     TooManyElements {
-        /// What there are too many of.
+        /// The kind of the elements.
         what: &'static str,
-        /// How many there are.
+        /// Their number.
         count: usize,
-        /// How many there may be.
+        /// The largest allowed number.
         limit: usize,
     },
     /// A weld distance that is negative, infinite or not a number.
@@ -39,7 +39,7 @@ pub enum BuildError {
         /// All such vertices.
         vertices: Sample<u32>,
     },
-    /// A face refers to a vertex that is not there.
+    /// A face refers to a vertex that does not exist.
     #[error(
         "face {face} refers to vertex {index}, but there are only {vertex_count} vertices ({}); `drop_out_of_range` drops such faces",
         such(faces, "face", "faces")

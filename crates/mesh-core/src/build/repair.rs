@@ -17,8 +17,8 @@ pub enum Weld {
 
 /// Which repairs [`crate::build()`] may make, each of them off by default.
 ///
-/// Whatever a repair does is in the [`BuildReport`](crate::build::BuildReport). Two things are
-/// never repaired: coordinates that are not finite, and meshes too large for 32-bit indices.
+/// Every repair is listed in the [`BuildReport`](crate::build::BuildReport). Two things are never repaired: coordinates
+/// that are not finite, and meshes too large for 32-bit indices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -26,7 +26,7 @@ pub enum Weld {
 pub struct Repair {
     /// Which vertices to merge, before all other steps.
     pub weld: Weld,
-    /// Drop faces that refer to vertices that are not there.
+    /// Drop faces that refer to vertices that do not exist.
     pub drop_out_of_range: bool,
     /// Drop faces with fewer than three corners, and triangles that use a vertex twice. Triangles
     /// of zero area with three distinct vertices stay: dropping them would open cracks.

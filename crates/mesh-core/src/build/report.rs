@@ -24,7 +24,7 @@ pub struct BuildReport {
     pub triangulated_badly: Sample<u32>,
     /// Vertices merged into an earlier one.
     pub welded_vertices: Sample<u32>,
-    /// Faces dropped because they refer to vertices that are not there.
+    /// Faces dropped because they refer to vertices that do not exist.
     pub dropped_out_of_range: Sample<u32>,
     /// Faces that lost a triangle that uses a vertex twice (or that had fewer than three corners),
     /// once for each triangle.
@@ -65,7 +65,7 @@ impl BuildReport {
         self.lines().filter_map(|line| Some((line.repair?, line.count)))
     }
 
-    /// What was met or done, if anything was.
+    /// Repairs and remarks with a count above zero.
     fn lines(&self) -> impl Iterator<Item = Line<'_>> {
         let repaired = |repair, what, count, elements| {
             let repair = Some(repair);

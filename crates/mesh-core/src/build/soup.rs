@@ -11,8 +11,8 @@ use crate::position::{Position, VertexIndex};
 /// its *corner index*, by which callers key data that differs between the faces at a vertex
 /// (texture coordinates, normals across a crease).
 ///
-/// A soup may hold anything that a file may: indices out of range, repeated corners, infinite
-/// coordinates. Building a mesh is where such things are refused or repaired.
+/// A soup may contain anything that a file may: indices out of range, repeated corners, infinite coordinates. Building
+/// a mesh refuses or repairs them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonSoup {
     positions: Vec<DVec3>,
@@ -43,7 +43,7 @@ pub enum SoupError {
     CornerCount {
         /// Where the last face ends.
         end: u32,
-        /// How many corners there are.
+        /// The number of corners.
         corners: usize,
     },
     /// More corners than a `u32` can count.
@@ -95,9 +95,8 @@ impl PolygonSoup {
         Self { positions, corners, face_ends }
     }
 
-    /// A soup from its parts: the positions, the vertex index of every corner, face after face, and
-    /// for each face one past its last corner, as [`PolygonSoup::corners`] and
-    /// [`PolygonSoup::face_ends`] tell them.
+    /// A soup from its parts: the positions, the vertex index of every corner, face after face, and for each face one
+    /// past its last corner, as returned by [`PolygonSoup::corners`] and [`PolygonSoup::face_ends`].
     ///
     /// # Errors
     /// [`SoupError`] when the ends do not ascend to the number of corners.
@@ -198,10 +197,10 @@ impl PolygonSoup {
         (0..self.face_count()).map(|face| self.face(face))
     }
 
-    /// The soup with vertices merged: vertex `v` becomes `target[v]`, which must not itself be
-    /// merged into another ([`weld_exact`](crate::build::weld_exact) and
-    /// [`weld_within`](crate::build::weld_within) give such a list). Faces and corners stay as they
-    /// are, merged vertices are left out, and vertices that `target` does not cover stay.
+    /// The soup with vertices merged: vertex `v` becomes `target[v]`, which must not itself be merged into another
+    /// ([`weld_exact`](crate::build::weld_exact) and [`weld_within`](crate::build::weld_within) return such a list).
+    /// Faces and corners keep their order, merged vertices are left out, and vertices that `target` does not cover
+    /// stay.
     #[must_use]
     pub fn merged(&self, target: &[u32]) -> Self {
         let stays = |v: usize| target.get(v).is_none_or(|&t| t as usize == v);

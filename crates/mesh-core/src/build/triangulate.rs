@@ -1,23 +1,22 @@
 //! Cutting polygons into triangles.
 //!
-//! Quadrilaterals are split along the better valid diagonal, larger polygons by ear clipping in the
-//! coordinate plane onto which their projection is largest. Dropping a coordinate rounds nothing
-//! and the orientation tests are exact (Shewchuk, *Adaptive precision floating-point arithmetic and
-//! fast robust geometric predicates*, 1997), so a simple polygon always has an ear (Meisters,
-//! *Polygons have ears*, 1975) and it is found.
+//! Quadrilaterals are split along the better valid diagonal. Larger polygons are cut by ear clipping in the coordinate
+//! plane onto which their projection is largest. Dropping a coordinate rounds nothing and the orientation tests are
+//! exact (Shewchuk, *Adaptive precision floating-point arithmetic and fast robust geometric predicates*, 1997), so an
+//! ear of a simple polygon always exists (Meisters, *Polygons have ears*, 1975) and is found.
 //!
-//! Clipping an ear changes at most whether its two neighbours are ears, so there are at most `3 n`
-//! ear tests. Each looks for reflex corners inside the ear, through a tree of boxes round them of
-//! which only those are opened that meet the ear: few, wherever the corners crowd. A polygon that
-//! needs more than [`STEPS_PER_CORNER`] all the same, which takes long ears along chains of corners
-//! that almost touch them, is cut as one that is not simple, so that the time stays linear.
+//! Clipping an ear can change only whether its two neighbours are ears, so there are at most `3 n` ear tests. Each test
+//! searches for reflex corners inside the ear in a tree of bounding boxes, and visits only boxes that meet the ear.
+//! There are few of them, even where corners are dense. A polygon that still needs more than [`STEPS_PER_CORNER`] steps
+//! is triangulated as a polygon that is not simple, so that the time stays linear. This happens for long ears along
+//! chains of corners that almost touch them.
 
 use std::collections::VecDeque;
 
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
-/// Cuts polygons into triangles; keeps its working arrays from one polygon to the next.
+/// Cuts polygons into triangles; keeps its working arrays between polygons.
 #[derive(Default)]
 pub struct Triangulator {
     points: Vec<DVec2>,
@@ -38,7 +37,7 @@ pub enum Triangulation {
     Fallback,
 }
 
-/// A corner of what is left of the polygon.
+/// A corner of the rest of the polygon.
 #[derive(Clone, Copy)]
 struct Corner {
     previous: u32,
@@ -83,10 +82,9 @@ const MAX_RELAXATIONS: usize = 64;
 impl Triangulator {
     /// Appends the `n - 2` triangles of a polygon, as corner numbers from `0` to `n - 1`.
     ///
-    /// The polygon may be concave, need not be quite planar, may have corners on straight sides,
-    /// and may touch itself, as polygons do that reach their holes through bridges. `vertices` says
-    /// which corners are the same vertex; as long as the polygon leaves a choice, no triangle has a
-    /// vertex twice. Polygons with fewer than three corners have no triangles.
+    /// The polygon may be concave, not quite planar, with corners on straight sides, and may touch itself, as polygons
+    /// do that are connected to their holes by bridges. `vertices` tells which corners are the same vertex; no triangle
+    /// uses a vertex twice if that can be avoided. Polygons with fewer than three corners have no triangles.
     ///
     /// # Panics
     /// When there are fewer `vertices` than `positions`.
@@ -168,8 +166,7 @@ impl Triangulator {
         self.queue.clear();
     }
 
-    /// Clips corners at the position of the next one, which leaves triangles of no area, and
-    /// returns how many.
+    /// Clips corners at the same position as the next one, which makes triangles without area. Returns their number.
     fn clip_repeated(&mut self, positions: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> usize {
         let mut clipped = 0;
         for tip in 0..positions.len() as u32 {
@@ -184,7 +181,7 @@ impl Triangulator {
         clipped
     }
 
-    /// Tells convex corners from the others and queues all.
+    /// Separates convex corners from the others and queues all.
     fn classify(&mut self) {
         for i in 0..self.corners.len() as u32 {
             self.corners[i as usize].is_convex = self.turn_at(i) > 0.0;
@@ -207,7 +204,7 @@ impl Triangulator {
         }
     }
 
-    /// Removes a corner from the ring and looks at its two neighbours anew.
+    /// Removes a corner from the ring and classifies its two neighbours again.
     fn clip(&mut self, tip: u32) {
         let Corner { previous, next, .. } = self.corners[tip as usize];
         self.corners[tip as usize].is_clipped = true;
@@ -219,7 +216,7 @@ impl Triangulator {
         }
     }
 
-    /// Twice the signed area of the triangle of three corners.
+    /// Twice the signed area of the triangle with these corners.
     fn turn(&self, a: u32, b: u32, c: u32) -> f64 {
         let [a, b, c] = [a, b, c].map(|i| self.points[i as usize]);
         turn(a, b, c)
@@ -244,8 +241,8 @@ impl Triangulator {
         }
     }
 
-    /// Whether the side from `c` to `a` starts into the interior of the polygon at both ends. This
-    /// is what tells apart corners at the same position, where the polygon touches itself.
+    /// Whether the side from `c` to `a` starts into the interior of the polygon at both ends. This distinguishes
+    /// corners at the same position, where the polygon touches itself.
     fn third_side_is_inside(&self, [a, b, c]: [u32; 3]) -> bool {
         let before = self.corners[a as usize].previous;
         let after = self.corners[c as usize].next;
@@ -255,8 +252,8 @@ impl Triangulator {
         before == c || is_inside_at_a && is_inside_at_c
     }
 
-    /// Whether a reflex or straight corner lies in the triangle; on its sides too if `closed`.
-    /// Corners at the positions of the triangle's own do not count.
+    /// Whether a reflex or straight corner lies in the triangle; on its sides too if `closed`. Corners at the position
+    /// of a corner of the triangle do not count.
     fn is_blocked(&mut self, triangle: [u32; 3], closed: bool) -> bool {
         let [a, b, c] = triangle.map(|i| self.points[i as usize]);
         let points = &self.points;
@@ -312,11 +309,10 @@ fn newell_normal(positions: &[DVec3]) -> DVec3 {
         .fold(DVec3::ZERO, |sum, part| sum + part)
 }
 
-/// Splits a quadrilateral along a diagonal whose two triangles face the same way. If both do, the
-/// one that satisfies the Delaunay criterion better is taken: the one with the larger sum of the
-/// cotangents of the two angles opposite it. Ties, such as rectangles, are split from the vertex
-/// with the smallest index, so that it does not matter at which corner a face starts, nor which way
-/// it runs.
+/// Splits a quadrilateral along a diagonal whose two triangles face the same way. If both diagonals do, the one that
+/// satisfies the Delaunay criterion better is taken: the one with the larger sum of the cotangents of the two angles
+/// opposite to it. Ties, such as rectangles, are split from the vertex with the smallest index, so that the result
+/// depends neither on the first corner nor on the orientation of the face.
 fn split_quadrilateral(p: [DVec3; 4], vertices: [u32; 4]) -> [[u32; 3]; 2] {
     let normal = |a: usize, b: usize, c: usize| (p[b] - p[a]).cross(p[c] - p[a]);
     let is_valid = |a: DVec3, b: DVec3| a.dot(b) > 0.0;
@@ -368,8 +364,8 @@ impl Rectangle {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Whether the rectangle meets a triangle that turns left, give or take rounding: not if one
-    /// lies beyond a side of the other.
+    /// Whether the rectangle meets a triangle that turns left, up to rounding: it does not if one of them lies beyond a
+    /// side of the other.
     fn meets(&self, [a, b, c]: [DVec2; 3]) -> bool {
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         if !(self.low.cmple(high).all() && low.cmple(self.high).all()) {
@@ -381,7 +377,7 @@ impl Rectangle {
             let x = if along.y < 0.0 { self.high.x } else { self.low.x };
             let y = if along.x < 0.0 { self.low.y } else { self.high.y };
             let (up, across) = (along.x * (y - from.y), along.y * (x - from.x));
-            // Rounding must not hide a corner; what is not a number hides nothing either.
+            // Rounding must not hide a corner; NaN hides nothing.
             let is_right = up - across < -1e-14 * (up.abs() + across.abs());
             !is_right
         })
@@ -396,10 +392,10 @@ struct Blockers {
     boxes: Vec<Rectangle>,
     /// The corners, leaf after leaf.
     items: Vec<u32>,
-    /// Where the corners of each leaf start and end. Those that are no longer live are moved to
-    /// the end of their leaf and cut off.
+    /// Where the corners of each leaf start and end. Corners that are no longer live are moved to the end of their leaf
+    /// and cut off.
     leaves: Vec<[u32; 2]>,
-    /// Boxes and corners looked at so far.
+    /// Number of boxes and corners visited so far.
     steps: usize,
 }
 
@@ -431,8 +427,7 @@ impl Blockers {
         Rectangle::of(items.iter().map(|&i| points[i as usize]))
     }
 
-    /// Whether any corner in a triangle blocks. Corners that are no longer live are forgotten on
-    /// the way.
+    /// Whether any corner in a triangle blocks it. Drops corners that are no longer live from the leaves it visits.
     fn any_in_triangle(
         &mut self,
         triangle: [DVec2; 3],
@@ -482,7 +477,7 @@ impl Blockers {
         false
     }
 
-    /// Computes the box of a leaf that lost corners, and those above it, again.
+    /// Recomputes the boxes of a leaf that lost corners and of its ancestors.
     fn shrink(&mut self, points: &[DVec2], leaf_node: usize) {
         let mut node = leaf_node;
         self.boxes[node] = self.leaf_box(points, node + 1 - self.leaves.len());
@@ -497,8 +492,7 @@ impl Blockers {
     }
 }
 
-/// Orders corners so that each half of a half lies on one side of the wider direction, and tells
-/// where the leaves start and end.
+/// Sorts corners by recursive splits along the wider direction, and returns where the leaves start and end.
 fn arrange(
     points: &[DVec2],
     items: &mut [u32],
@@ -632,7 +626,7 @@ mod tests {
             [0.0, 3.0],
             [0.0, 1.0],
         ]));
-        // A frame: the hole is reached through a bridge that is walked twice.
+        // A frame: the hole is connected by a bridge that is traversed twice.
         check_proper(&points(&[
             [0.0, 0.0],
             [3.0, 0.0],
@@ -696,8 +690,8 @@ mod tests {
         }
     }
 
-    /// A comb of long teeth along the diagonal, in whose boxes, but not in which, lies a dense
-    /// cluster of reflex corners.
+    /// A comb of long teeth along the diagonal, and a dense cluster of reflex corners inside their bounding boxes but
+    /// outside the teeth.
     fn comb_beside_a_cluster(teeth: usize, cluster: usize) -> Vec<DVec2> {
         let mut polygon = points(&[[-20.0, -20.0], [20.0, -20.0], [20.0, 0.0]]);
         polygon.extend((0..cluster).map(|i| {
@@ -717,7 +711,7 @@ mod tests {
     #[test]
     fn reflex_corners_in_a_cluster_take_no_quadratic_time() {
         check_proper(&comb_beside_a_cluster(50, 50));
-        // Every tooth against every corner of the cluster would be 10^10 steps.
+        // Testing every tooth against every corner of the cluster would take 10^10 steps.
         let polygon = comb_beside_a_cluster(100_000, 100_000);
         let positions: Vec<DVec3> = polygon.iter().map(|p| p.extend(0.0)).collect();
         let vertices: Vec<u32> = (0..polygon.len() as u32).collect();
@@ -732,7 +726,7 @@ mod tests {
 
     #[test]
     fn polygons_that_take_too_many_steps_are_cut_all_the_same() {
-        // Corners on a line that slants, and ears that pass them by at less than their distance.
+        // Corners on a slanted line, and ears that pass them closer than the corners are to each other.
         let n = 30_000;
         let chain = (0..n).map(|i| {
             let x = i as f64 / n as f64;
@@ -752,7 +746,7 @@ mod tests {
         assert_eq!(triangles.len(), polygon.len() - 2);
         let per_corner = triangulator.blockers.steps as f64 / polygon.len() as f64;
         println!("{quality:?} after {per_corner} steps per corner");
-        // The last look at the tree may take it beyond.
+        // The last search in the tree may exceed the limit.
         assert!(per_corner < (STEPS_PER_CORNER + 4) as f64);
     }
 

@@ -27,8 +27,7 @@ pub fn weld_exact(positions: &[DVec3]) -> Vec<u32> {
 }
 
 impl Weld {
-    /// Which vertex every vertex merges into, as [`weld_exact`] and [`weld_within`] tell; nothing for
-    /// [`Weld::None`].
+    /// The vertex that every vertex merges into, as in [`weld_exact`] and [`weld_within`]; `None` for [`Weld::None`].
     ///
     /// # Errors
     /// The distance is negative or not a number.
@@ -47,14 +46,13 @@ impl Weld {
 /// Which vertex every vertex merges into: in order of their index, each merges into the first
 /// vertex within `distance` that did not itself merge.
 ///
-/// Merging is not transitive: along a row of vertices less than `distance` apart, the first absorbs
-/// those within `distance` of itself, the next one left over starts anew. So no vertex moves by
-/// more than `distance`, and those that stay are more than `distance` apart from each other, which
-/// also bounds how many share a cell of the hash grid and keeps the time linear, whatever lies far
-/// away.
+/// Merging is not transitive: along a row of vertices less than `distance` apart, the first absorbs the vertices within
+/// `distance` of itself, and the next one that remains absorbs vertices in turn. So no vertex moves by more than
+/// `distance`, and the remaining vertices are more than `distance` apart. This also bounds the number of vertices in a
+/// cell of the hash grid, so that the time is linear, even with vertices far away.
 ///
-/// A `distance` of zero merges what [`weld_exact`] merges; positions that are not finite merge with
-/// nothing. `distance` must be finite and not negative.
+/// A `distance` of zero merges the same vertices as [`weld_exact`]; positions that are not finite merge with nothing.
+/// `distance` must be finite and not negative.
 #[must_use]
 pub fn weld_within(positions: &[DVec3], distance: f64) -> Vec<u32> {
     let cell_size = 4.0 * distance;
@@ -86,9 +84,9 @@ struct Grid<'a> {
     positions: &'a [DVec3],
     cells: VertexTable,
     cell_size: f64,
-    /// Per vertex, the one that was put into the same cell before it.
+    /// Per vertex, the vertex that was put into the same cell before it.
     previous_in_cell: Vec<u32>,
-    /// Per vertex that names a cell, the one that was put into the cell last.
+    /// Per vertex that names a cell, the vertex that was put into the cell last.
     last_in_cell: Vec<u32>,
 }
 
@@ -98,7 +96,7 @@ impl Grid<'_> {
         let reach = DVec3::splat(distance);
         let low = cell_of(position - reach, self.cell_size);
         let high = cell_of(position + reach, self.cell_size);
-        // A cell is twice as large as the reach to both sides, so these two cover all between.
+        // A cell is twice as large as the reach to both sides, so these two cells cover everything in between.
         let along = |axis: usize| {
             let upper = (low[axis] != high[axis]).then_some(high[axis]);
             core::iter::once(low[axis]).chain(upper)
@@ -143,9 +141,8 @@ impl Grid<'_> {
     }
 }
 
-/// The names of the grid cell that holds a position, along the three axes: the bits of its number,
-/// which is an integer below 2^53. Farther out neighbouring floating-point numbers are more than the
-/// reach apart, and every coordinate is a cell of its own.
+/// The grid cell of a position, along the three axes: the bits of its number, which is an integer below 2^53. Farther
+/// out, neighbouring floating-point numbers are more than the reach apart, and every coordinate is its own cell.
 fn cell_of(position: DVec3, cell_size: f64) -> [u64; 3] {
     const LARGEST_NUMBER: f64 = 9_007_199_254_740_992.0;
     position.to_array().map(|coordinate| {
@@ -181,8 +178,7 @@ impl VertexTable {
         }
     }
 
-    /// The vertex with this key, or where to put it: the slot and what to put into it beside the
-    /// vertex.
+    /// The vertex with this key. If there is none, the slot for it and the tag to store beside the vertex.
     fn probe(&self, key: [u64; 3], is_same: impl Fn(u32) -> bool) -> Result<u32, (usize, u32)> {
         let hash = mix(key, self.seeds);
         let tag = (hash >> 32) as u32;
@@ -197,7 +193,7 @@ impl VertexTable {
         }
     }
 
-    /// The vertex with this key, after putting in `vertex` if there is none yet.
+    /// The vertex with this key; inserts `vertex` if there is none.
     fn find_or_insert(&mut self, key: [u64; 3], vertex: u32, is_same: impl Fn(u32) -> bool) -> u32 {
         self.probe(key, is_same).unwrap_or_else(|(slot, tag)| {
             self.slots[slot] = [vertex, tag];
@@ -266,7 +262,7 @@ mod tests {
         }
     }
 
-    /// Positions that a multiply-and-fold hash with known constants gives all the same value.
+    /// Positions with equal values under a multiply-and-fold hash with known constants.
     fn colliding(count: usize) -> Vec<DVec3> {
         let fold = |hash: u64, word: u64| {
             let product = u128::from(hash ^ word) * 0xd6e8_feb8_6659_fd93;
@@ -285,7 +281,7 @@ mod tests {
         // All pairs would take an hour.
         let positions = colliding(2_000_000);
         assert!(weld_exact(&positions).into_iter().eq(0..2_000_000));
-        // However the seeds fall, vertices rarely get in each other's way.
+        // For any seeds, vertices rarely collide.
         let mut table = VertexTable::with_room_for(positions.len());
         for (vertex, p) in positions.iter().enumerate() {
             table.find_or_insert(p.to_array().map(f64::to_bits), vertex as u32, |_| false);
@@ -305,7 +301,7 @@ mod tests {
         cloud.extend([1e30, -1e300, 1e308, f64::MAX].map(DVec3::splat));
         let all = cloud.len() as u32;
         assert!(weld_within(&cloud, 1e-12).into_iter().eq(0..all));
-        // Nor do far vertices fall into one cell among themselves.
+        // Far vertices do not share one cell either.
         let far: Vec<DVec3> = cloud[..300_000].iter().map(|p| 1e300 * p.normalize()).collect();
         assert!(weld_within(&far, 1e-12).into_iter().eq(0..300_000));
         assert!(weld_within(&far, 1e-300).into_iter().eq(0..300_000));

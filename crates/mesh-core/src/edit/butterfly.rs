@@ -18,26 +18,24 @@
 //!
 //! - *Interior edge between regular vertices:* the mask above (Dyn, Levin, Gregory 1990). With
 //!   w = 1/16 it reproduces cubic polynomials on a regular grid.
-//! - *Missing wing*, over a boundary edge: the point of the triangle below it, reflected at the
-//!   middle of that edge. Where e is missing over (b, c), it is b + c - a. On a regular grid this
-//!   is the grid point that is missing, so linear functions are reproduced up to the boundary.
+//! - *Missing wing*, over a boundary edge: the point of the triangle below it, reflected at the middle of that edge. If
+//!   e over (b, c) is missing, it is b + c - a. On a regular grid this is the missing grid point, so linear functions
+//!   are reproduced up to the boundary.
 //! - *Boundary edge:* the four-point rule (1/2 + w)(a + b) - w (p + q) with the boundary's
-//!   previous and next vertex p and q (Dyn, Gregory, Levin 1987); weights 9/16 and -1/16. A
-//!   boundary curve so depends on the boundary only.
+//!   previous and next vertex p and q (Dyn, Gregory, Levin 1987); weights 9/16 and -1/16. So
+//!   a boundary curve depends on the boundary only.
 //! - *Interior vertex without six edges*, under [`IrregularRule::Zorin`]: 3/4 of the vertex and
 //!   its one-ring weighted by s₀, s₁, ..., beginning with the other end of the edge (Zorin,
 //!   Schröder, Sweldens 1996): 5/12, -1/12, -1/12 for three neighbours, 3/8, 0, -1/8, 0 for four,
 //!   (1/4 + cos(2πj/k) + cos(4πj/k)/2) / k for k of them otherwise. If both ends are irregular, the
 //!   mean of both rules. The weights do not depend on w.
-//! - *Boundary vertices* count as regular whatever their number of edges: the paper leaves them
-//!   open, and reflected wings keep the rule local. So an edge from the boundary to an irregular
-//!   interior vertex takes the rule of the latter, whose one-ring is complete; an edge from the
-//!   boundary to another vertex takes the eight-point mask.
+//! - *Boundary vertices* count as regular for any number of edges: the paper does not cover them, and reflected wings
+//!   keep the rule local. So an edge from the boundary to an irregular interior vertex takes the rule of the interior
+//!   vertex, whose one-ring is complete. An edge from the boundary to another vertex takes the eight-point mask.
 //!
-//! All rules have weights that sum to one and depend on connectivity only, hence commute with
-//! affine maps. On small meshes vertices play several parts and their weights add up: on a
-//! tetrahedron the eight-point mask gives the middle of the edge, and on a single triangle the
-//! four-point rule gives (9 (a + b) - 2 c) / 16.
+//! All rules have weights that sum to one and depend on connectivity only, hence commute with affine maps. On small
+//! meshes a vertex can occur several times in a mask; its weights add up. On a tetrahedron the eight-point mask gives
+//! the middle of the edge, and on a single triangle the four-point rule gives (9 (a + b) - 2 c) / 16.
 
 use core::ops::{Add, Mul};
 
@@ -104,7 +102,7 @@ pub enum ButterflyError {
     },
 }
 
-/// The vertices of the eight-point mask round an interior edge.
+/// The vertices of the eight-point mask around an interior edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Butterfly {
@@ -132,8 +130,8 @@ impl Butterfly {
         Some(Self { ends: [topology.target(twin), topology.target(h)], apexes, wings })
     }
 
-    /// The weights of the mask with tension `w`, wings that are missing reflected. Vertices may
-    /// be given several times; their weights add up.
+    /// The weights of the mask with tension `w`; missing wings are reflected. Vertices may be given several times;
+    /// their weights add up.
     pub fn weights(&self, w: f64, mut give: impl FnMut(VertexId, f64)) {
         let ([a, b], [c, d]) = (self.ends, self.apexes);
         give(a, 0.5);
@@ -204,8 +202,8 @@ impl ButterflyOptions {
         value
     }
 
-    /// The values on the mesh that [`Topology::subdivide_1_to_4`] makes: those of the vertices as they
-    /// are, followed by one per edge. Removed edges get the default value.
+    /// The values on the mesh that [`Topology::subdivide_1_to_4`] makes: the given values of the vertices, followed by
+    /// one value per edge. Removed edges get the default value.
     ///
     /// # Panics
     /// When there is not one value per vertex.
@@ -229,7 +227,7 @@ impl ButterflyOptions {
         })
     }
 
-    /// The valence of the half-edge's origin if it asks for the irregular rule.
+    /// The valence of the half-edge's origin if the irregular rule applies there.
     fn irregular_valence(&self, topology: &Topology, h: HalfEdgeId) -> Option<usize> {
         let vertex = topology.origin(h);
         if self.irregular == IrregularRule::EightPoint || topology.is_boundary_vertex(vertex) {
@@ -262,7 +260,7 @@ fn zorin_weights(
     mut give: impl FnMut(VertexId, f64),
 ) {
     give(topology.origin(h), 0.75);
-    // The weights are symmetric, so it does not matter which way the ring is walked.
+    // The weights are symmetric, so the direction around the ring does not matter.
     let mut spoke = h;
     let mut ring = |weight| {
         give(topology.target(spoke), weight);
@@ -272,7 +270,7 @@ fn zorin_weights(
         3 => [5.0 / 12.0, -1.0 / 12.0, -1.0 / 12.0].into_iter().for_each(ring),
         4 => [0.375, 0.0, -0.125, 0.0].into_iter().for_each(ring),
         _ => {
-            // cos and sin of 2πj/k, turned on from one neighbour to the next.
+            // cos and sin of 2πj/k, rotated from one neighbour to the next.
             let (sin, cos) = (core::f64::consts::TAU / valence as f64).sin_cos();
             let (mut c, mut s) = (1.0, 0.0);
             for _ in 0..valence {
@@ -287,7 +285,7 @@ fn zorin_weights(
 /// A subdivided mesh and the maps of all steps.
 #[derive(Clone, Debug)]
 pub struct Subdivision {
-    /// The mesh; its first vertices are those of the mesh before, unmoved.
+    /// The mesh. It begins with the vertices of the input, at their positions.
     pub mesh: TriMesh,
     /// Per step, where vertices, edges and faces came from.
     pub steps: Vec<SubdivisionMap>,

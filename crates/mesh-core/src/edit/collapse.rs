@@ -12,8 +12,8 @@
 //!            d                          d
 //! ```
 //!
-//! The half-edge `h` runs from `a`, which goes, to `b`, which stays. Both faces of the edge go, and
-//! with each of them the edge at `a`: `bc` takes the place of `ca`, and `db` that of `ad`.
+//! The half-edge `h` runs from `a`, which is removed, to `b`, which stays. Both faces of the edge are removed, and with
+//! each of them its edge at `a`: `bc` takes the place of `ca`, and `db` the place of `ad`.
 
 use crate::topology::Topology;
 use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
@@ -59,13 +59,13 @@ impl LegalCollapse {
         self.half_edge
     }
 
-    /// The vertex that goes: the origin of the half-edge.
+    /// The removed vertex: the origin of the half-edge.
     #[must_use]
     pub fn removed(&self) -> VertexId {
         self.removed
     }
 
-    /// The vertex that stays: the target of the half-edge.
+    /// The remaining vertex: the target of the half-edge.
     #[must_use]
     pub fn kept(&self) -> VertexId {
         self.kept
@@ -91,10 +91,10 @@ pub struct Collapsed {
 impl Topology {
     /// Checks whether the origin of a half-edge may be merged into its target.
     ///
-    /// The link condition, in the form that includes boundaries: the two ends have no common
-    /// neighbours but the apexes of the edge's faces, an interior edge does not join two boundary
-    /// vertices, and neither a lone triangle nor a tetrahedron is collapsed. Takes as many steps
-    /// as the end with fewer edges has neighbours, times the edges that these have.
+    /// The link condition, in the form that includes boundaries: the two ends have no common neighbours except the
+    /// apexes of the edge's faces, an interior edge does not join two boundary vertices, and the component is neither a
+    /// single triangle nor a tetrahedron. Time: the number of neighbours of the end with fewer edges, times the number
+    /// of their edges.
     ///
     /// # Errors
     /// The reason why the collapse would not leave a mesh.
@@ -185,8 +185,7 @@ impl Topology {
         self.vertex_half_edge[a.index()] = Some(HalfEdgeId::REMOVED);
         self.live_vertices -= 1;
         if let Some(outgoing) = outgoing {
-            // An exterior half-edge that starts at `b` now started at `a` or `b` before, or took
-            // the place of one that did.
+            // An exterior half-edge that starts at `b` now started at `a` or `b` before, or replaced one that did.
             let merged = [left.map(|(_, bc)| bc), right.map(|(_, db)| db.twin())];
             self.anchor_vertex(b, outgoing, anchors.into_iter().chain(merged).flatten());
         }
@@ -241,7 +240,7 @@ impl Topology {
         Some((ad, db))
     }
 
-    /// Puts `stand_in` where `gone` is in its circuit.
+    /// Puts `stand_in` in the place of `gone` in its circuit.
     fn replace(&mut self, gone: HalfEdgeId, stand_in: HalfEdgeId) {
         let previous = self.previous(gone);
         let next = self.next(gone);

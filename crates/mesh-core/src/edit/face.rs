@@ -96,7 +96,7 @@ impl Topology {
         Ok(self.push_vertex())
     }
 
-    /// Removes all vertices without edges, and returns how many there were.
+    /// Removes all vertices without edges, and returns their number.
     pub fn remove_isolated_vertices(&mut self) -> usize {
         let before = self.live_vertices;
         for slot in self.vertex_half_edge.iter_mut().filter(|slot| slot.is_none()) {
@@ -112,9 +112,8 @@ impl Topology {
     /// Checks whether a face may be added between three vertices, counter-clockwise seen from
     /// outside.
     ///
-    /// The surface stays an oriented 2-manifold: sides that are edges already must be free on the
-    /// face's side, and corners must be isolated, or joined to the face by a side. Takes as many
-    /// steps as the corners have edges.
+    /// The surface stays an oriented 2-manifold: sides that are edges already must be free on the face's side, and
+    /// corners must be isolated, or joined to the face by a side. Time: the number of edges at the corners.
     ///
     /// # Errors
     /// The reason why the result would not be a mesh.
@@ -193,9 +192,8 @@ impl Topology {
 
     /// Checks whether a face may be removed.
     ///
-    /// # Errors
-    /// The face is not in the mesh, or the surface would be pinched at one of its corners: one on
-    /// the boundary, where the face has neighbours on both sides.
+    /// The face is not in the mesh, or the surface would be pinched at one of its corners: a boundary vertex where the
+    /// face has neighbours on both sides.
     pub fn check_remove_face(&self, face: FaceId) -> Result<LegalRemoval, RemovalRefusal> {
         if !self.contains_face(face) {
             return Err(RemovalRefusal::NotInMesh(face));
@@ -212,8 +210,7 @@ impl Topology {
         Ok(LegalRemoval { face, state: self.revision.state() })
     }
 
-    /// Removes a face, and those of its edges that have no other face. Handles of everything else
-    /// stay valid.
+    /// Removes a face and its edges that have no other face. Handles of everything else stay valid.
     ///
     /// # Panics
     /// When the mesh was edited after the removal was checked.

@@ -5,15 +5,14 @@
 //! at equal positions are one vertex: a mesh that was cut at a non-manifold edge has several copies of the edge, and
 //! filling must not add to them.
 //!
-//! 1. **Short loops** ([`FillOptions::optimal_edges`]) get the triangles between their vertices whose
-//!    sharpest bend, also towards the faces round the hole, is smallest, and of those the ones with
-//!    the shortest edges: Barequet and Sharir 1995, Filling gaps in the boundary of a polyhedron, with
-//!    the weight of Liepa 2003, Filling holes in meshes (his minimal area among equal bends, which
-//!    says nothing in a plane, replaced by minimal length). `n³ / 6` steps for `n` edges.
-//! 2. **Longer loops** are cut into triangles as polygons are ([`Triangulator`]), seen along their mean
-//!    normal, if they do not cross themselves in that view.
-//! 3. **Other loops** lose the vertex whose neighbours are closest to each other, again and again, in
-//!    `n log n` steps.
+//! 1. **Short loops** ([`FillOptions::optimal_edges`]) get the triangulation of their vertices with the smallest
+//!    maximal bend, also towards the faces around the hole, and among equals the shortest edges: Barequet and Sharir
+//!    1995, Filling gaps in the boundary of a polyhedron, with the weight of Liepa 2003, Filling holes in meshes. His
+//!    minimal area among equal bends, which decides nothing in a plane, is replaced by minimal length. `n³ / 6` steps
+//!    for `n` edges.
+//! 2. **Longer loops** are triangulated like polygons ([`Triangulator`]), projected along their mean normal, if the
+//!    projection does not cross itself.
+//! 3. **Other loops** repeatedly lose the vertex whose neighbours are closest to each other, in `n log n` steps.
 //! 4. If all remaining edges exist already, **a new vertex** at the mean of the remaining ones is joined to
 //!    them. That is always possible.
 //!
@@ -339,16 +338,16 @@ fn equal_range<K: Ord, T>(sorted: &[(K, T)], key: K) -> &[(K, T)] {
     &sorted[start..start + count]
 }
 
-/// The loop round a hole, by place in the loop.
+/// The loop around a hole, by place in the loop.
 struct Outline {
     /// Where the loop starts, in model units, and how large it is.
     origin: DVec3,
     scale: f64,
     /// The vertices, from the origin and in units of the scale.
     points: Vec<DVec3>,
-    /// The unit normals of the faces beyond the edge from each vertex to the next.
+    /// The unit normal of the face beyond the edge from each vertex to the next.
     normals: Vec<DVec3>,
-    /// Pairs of places, smaller first, ascending, that are at one position or that an edge of the mesh joins.
+    /// Pairs of places at one position or joined by an edge of the mesh, smaller first, ascending.
     joined: Vec<[u32; 2]>,
 }
 
@@ -403,7 +402,7 @@ impl Outline {
     /// An order of the vertices in which cutting them off gives the optimal triangulation.
     fn best_triangles(&self, most_edges: usize) -> Option<Vec<u32>> {
         let n = self.points.len();
-        // Four corners are split along a diagonal, which is not clipping an ear.
+        // Four corners are split along a diagonal, which is not ear clipping.
         if n > most_edges.clamp(4, MOST_OPTIMAL_EDGES) {
             return None;
         }
@@ -478,9 +477,9 @@ impl Part {
     }
 }
 
-/// How sharp the bend between two unit normals is: one minus its cosine, from 0 to 2, in steps of
-/// 1/1024 (2.5 degrees from flat), so that it does not decide between triangles that are all flat.
-/// A triangle without a normal is as bad as a fold.
+/// How sharp the bend between two unit normals is: one minus its cosine, from 0 to 2, in steps of 1/1024 (2.5 degrees
+/// from flat), so that it does not decide between triangles that are all flat. A triangle without a normal counts as a
+/// fold.
 fn bend(normal: DVec3, other: DVec3) -> f64 {
     if normal == DVec3::ZERO {
         return 2.0;

@@ -49,7 +49,7 @@ impl LegalFlip {
 impl Topology {
     /// Checks whether an edge may be flipped.
     ///
-    /// Takes as many steps as the apex with fewer edges has.
+    /// Time: the number of edges at the apex with fewer edges.
     ///
     /// # Errors
     /// The reason why the flip would not leave a mesh.
@@ -62,9 +62,8 @@ impl Topology {
             return Err(FlipRefusal::Boundary(edge));
         };
         let [a, b] = self.edge_vertices(edge);
-        // A triangle with three interior neighbours closes up round a vertex of valence three.
-        // Its link is the triangle (other end, c, d), so that the diagonal exists as well; the
-        // more telling reason comes first.
+        // A triangle with three interior neighbours surrounds a vertex of valence three. Its link is the triangle
+        // (other end, c, d), so the diagonal exists as well; the more specific reason is reported.
         for (vertex, outgoing) in [(a, h), (b, twin)] {
             if self.has_valence_three(outgoing) && !self.is_boundary_vertex(vertex) {
                 return Err(FlipRefusal::ValenceThree(vertex));
@@ -78,9 +77,9 @@ impl Topology {
 
     /// Flips an edge. All handles stay valid: the edge keeps its handle and so do the two faces.
     ///
-    /// Flipping twice restores the mesh exactly, down to the corner at which each of the two faces
-    /// starts. To that end the edge turns to whichever side keeps its half-edge `2e` running
-    /// towards the larger (or the smaller) vertex, as it did before.
+    /// Flipping twice restores the mesh exactly, including the corner at which each of the two faces starts. To that
+    /// end the edge turns in the direction that keeps its half-edge `2e` running towards the larger (or the smaller)
+    /// vertex, as before.
     ///
     /// # Panics
     /// When the mesh was edited after the flip was checked.
@@ -104,7 +103,7 @@ impl Topology {
         third != outgoing && turn(third) == outgoing
     }
 
-    /// With `h` from a to b, c to the left and d to the right: `h` comes to run from d to c.
+    /// With `h` from a to b, c to the left and d to the right: turns `h` so that it runs from d to c.
     fn turn_counter_clockwise(&mut self, h: HalfEdgeId) {
         let t = h.twin();
         let (bc, ad) = (self.next(h), self.next(t));
@@ -115,7 +114,7 @@ impl Topology {
         self.finish_turn(h, [bc, ad, ca, db], starts);
     }
 
-    /// With `h` from a to b, c to the left and d to the right: `h` comes to run from c to d.
+    /// With `h` from a to b, c to the left and d to the right: turns `h` so that it runs from c to d.
     fn turn_clockwise(&mut self, h: HalfEdgeId) {
         let t = h.twin();
         let (bc, ad) = (self.next(h), self.next(t));

@@ -21,7 +21,7 @@ impl Topology {
     }
 
     /// Restores the rule that a boundary vertex stores its exterior half-edge. The candidates are
-    /// half-edges that may start at the vertex, the exterior one among them if there is one; inside,
+    /// half-edges that may start at the vertex, including the exterior one if there is one; inside,
     /// the vertex gets `outgoing`.
     pub(super) fn anchor_vertex(
         &mut self,

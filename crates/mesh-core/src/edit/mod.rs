@@ -1,7 +1,7 @@
-//! Changes of a mesh: legal edits, holes closed, subdivision, components, gaps closed.
+//! Changes of a mesh: legal edits, hole filling, subdivision, splitting into components, and compaction.
 //!
-//! Flips, collapses, splits, and adding and removing faces take two steps: a check that returns a token or the reason why not, and an
-//! application of the token that cannot fail.
+//! Flips, collapses, splits, and adding and removing faces take two steps: a check that returns a token or the reason
+//! why not, and an application of the token that cannot fail.
 //!
 //! ```
 //! use mesh_core::Topology;
@@ -15,12 +15,12 @@
 //! # }
 //! ```
 //!
-//! A token stands for the mesh as it was checked. Any edit in between makes it stale, and it is not
-//! for any other mesh: applying such a token panics, since that is a mistake in the program, never a
-//! matter of input. A copy of a mesh counts as the same mesh until one of the two is edited; so a
-//! flip may be checked on a mesh and tried out on its clone.
+//! A token belongs to the mesh in its state at the check. Any edit in between makes it stale, and it does not apply to
+//! other meshes. Applying such a token panics, since it is a mistake in the program and never depends on the input. A
+//! copy of a mesh counts as the same mesh until one of the two is edited; so a flip may be checked on a mesh and tried
+//! out on its clone.
 //!
-//! [`TriMesh::fill_holes`](crate::TriMesh::fill_holes) closes holes whole.
+//! [`TriMesh::fill_holes`](crate::TriMesh::fill_holes) closes whole holes.
 
 // A token is used up by the edit it allows.
 #![allow(clippy::needless_pass_by_value)]

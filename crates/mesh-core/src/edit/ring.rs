@@ -6,12 +6,12 @@ use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 
 /// A boundary loop that is being closed.
 pub(crate) struct Ring {
-    /// From each vertex that is left, the half-edge to the next one; indexed by place in the loop.
+    /// From each remaining vertex, the half-edge to the next one; indexed by place in the loop.
     sides: Vec<HalfEdgeId>,
     previous: Vec<u32>,
     next: Vec<u32>,
     left: usize,
-    /// The first vertex that is left.
+    /// The first remaining vertex.
     first: u32,
 }
 
@@ -28,18 +28,18 @@ impl Ring {
         }
     }
 
-    /// The places that are left, in order.
+    /// The remaining places, in order.
     pub(crate) fn places(&self) -> impl Iterator<Item = u32> {
         let following = |&place: &u32| Some(self.next[place as usize]);
         core::iter::successors(Some(self.first), following).take(self.left)
     }
 
-    /// How many vertices are left: at least three, or none when the loop is closed.
+    /// The number of remaining vertices: at least three, or none when the loop is closed.
     pub(crate) fn left(&self) -> usize {
         self.left
     }
 
-    /// The places before and after one that is left.
+    /// The places before and after a remaining one.
     pub(crate) fn neighbours(&self, place: u32) -> [u32; 2] {
         [self.previous[place as usize], self.next[place as usize]]
     }

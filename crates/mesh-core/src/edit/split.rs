@@ -146,9 +146,8 @@ impl Topology {
         FaceSplit { vertex, faces: [faces[1], faces[2]], spokes: spokes.map(HalfEdgeId::edge) }
     }
 
-    /// Cuts a quadrilateral whose circuit begins `last`, `first`, with an edge from the vertex
-    /// between them to the opposite corner. `moved` is one of the two and goes to the new face.
-    /// Does nothing at the boundary.
+    /// Cuts a quadrilateral whose circuit begins `last`, `first`, with an edge from the vertex between them to the
+    /// opposite corner. `moved` is one of the two and goes to the new face. Does nothing at the boundary.
     fn cut_quadrilateral(
         &mut self,
         first: HalfEdgeId,
@@ -163,7 +162,7 @@ impl Topology {
         self.half_edges[moved.index()].face = Some(new_face);
         self.circuit([first, second, spoke.twin()]);
         self.circuit([last, spoke, third]);
-        // Where the start corner of the old face moved away, the new vertex takes its place.
+        // If the start corner of the old face moved away, the new vertex takes its place.
         if self.face(self.half_edge_of_face(old_face)) != Some(old_face) {
             let on_old = self.face(spoke) == Some(old_face);
             self.face_half_edge[old_face.index()] = if on_old { spoke } else { spoke.twin() };

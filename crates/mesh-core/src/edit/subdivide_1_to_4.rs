@@ -1,7 +1,7 @@
 //! 1-to-4 subdivision: every edge gets a vertex at its middle, every face becomes four.
 //!
-//! Topology only; where the new vertices go is up to a subdivision scheme such as
-//! [`butterfly`](crate::edit::butterfly).
+//! Topology only; a subdivision scheme such as [`butterfly`](crate::edit::butterfly) determines the positions of the
+//! new vertices.
 //!
 //! ```text
 //!            c                         c
@@ -55,8 +55,7 @@ pub enum EdgeOrigin {
     Face(FaceId),
 }
 
-/// Handles of the coarse mesh to those of the fine one and back. Handles out of range give
-/// handles out of range.
+/// Maps handles of the coarse mesh to the fine mesh and back. Handles out of range give handles out of range.
 impl SubdivisionMap {
     /// The origin of a vertex of the fine mesh.
     #[must_use]
@@ -88,21 +87,20 @@ impl SubdivisionMap {
         VertexId::from_index(self.vertices + coarse.index())
     }
 
-    /// The two halves of an edge of the coarse mesh, that at the origin of half-edge `2e` first.
+    /// The two halves of an edge of the coarse mesh; the half at the origin of half-edge `2e` first.
     #[must_use]
     pub fn halves(&self, coarse: EdgeId) -> [EdgeId; 2] {
         [0, 1].map(|i| EdgeId::from_index(2 * coarse.index() + i))
     }
 
-    /// The quarters of a face of the coarse mesh: those at its first, second and third vertex,
-    /// and the one in the middle.
+    /// The quarters of a face of the coarse mesh: at its first, second and third vertex, and in the middle.
     #[must_use]
     pub fn quarters(&self, coarse: FaceId) -> [FaceId; 4] {
         [0, 1, 2, 3].map(|i| FaceId::from_index(4 * coarse.index() + i))
     }
 
-    /// The side of the middle quarter across from a corner of the face. The half-edge belongs to
-    /// the middle, its twin to the quarter at the corner.
+    /// The side of the middle quarter opposite to a corner of the face. The half-edge belongs to the middle quarter,
+    /// its twin to the quarter at the corner.
     fn inner(&self, face: FaceId, corner: usize) -> HalfEdgeId {
         EdgeId::from_index(2 * self.edges + 3 * face.index() + corner).half_edge()
     }

@@ -57,8 +57,8 @@ pub struct Foot {
 /// Why a point has no [`Foot`] on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFoot {
-    /// It falls beyond the side opposite to this corner; of several such sides, the one farthest away relative
-    /// to the height of the triangle over it.
+    /// The foot lies beyond the side opposite to this corner; of several such sides, beyond the one farthest away
+    /// relative to the height of the triangle over it.
     Beyond(usize),
     /// The point is too far from the plane, or the triangle has no area.
     Far,
@@ -200,7 +200,7 @@ mod tests {
         let at = |x: f64, y: f64, z: f64| foot_inside(DVec3::new(x, y, z), &TRIANGLE);
         let foot = at(1.0, 1.0, -0.5).unwrap();
         assert_eq!((foot.offset, foot.normal, foot.double_area), (0.5 * DVec3::Z, DVec3::Z, 12.0));
-        // Beyond a side, though as near; above the inside, but farther than the square root of 0.6.
+        // Beyond a side, at the same distance; above the inside, but farther than the square root of 0.6.
         assert_eq!(at(2.1, 1.5, 0.5), Err(NoFoot::Beyond(0)));
         assert_eq!(at(-0.1, 1.0, 0.0), Err(NoFoot::Beyond(1)));
         assert_eq!(at(1.0, -0.1, 9.0), Err(NoFoot::Beyond(2)));

@@ -27,7 +27,7 @@ pub(crate) enum Location {
 pub(crate) struct Containment<'m> {
     mesh: &'m TriMesh,
     tree: &'m FaceTree,
-    /// The axis of the rays. The shortest one of the mesh: a row of parts is crossed, not followed.
+    /// The axis of the rays: the shortest one of the mesh, so that rays cross a row of parts instead of following it.
     axis: usize,
     /// Power of two that brings coordinates near 1, so that no determinant overflows.
     scale: f64,
@@ -39,8 +39,8 @@ impl<'m> Containment<'m> {
         Self { mesh, tree, axis, scale: unit_scale(bounds) }
     }
 
-    /// Winding numbers of components about a point, as pairs of component and number. `component` tells the
-    /// component of a face, `None` for faces that do not matter.
+    /// Winding numbers of components about a point, as pairs of component and number. `component` returns the component
+    /// of a face, or `None` for faces to ignore.
     fn winding_numbers(
         &self,
         point: DVec3,
@@ -87,7 +87,7 @@ impl<'m> Containment<'m> {
         found
     }
 
-    /// Where a point is, relative to the closed component of which `is_part` tells the faces.
+    /// The location of a point relative to the closed component whose faces satisfy `is_part`.
     pub(crate) fn locate(&self, point: DVec3, is_part: impl Fn(FaceId) -> bool) -> Location {
         let here = BoundingBox { min: point, max: point };
         let touches = |face| is_part(face) && self.is_on(point, face);
@@ -113,8 +113,8 @@ impl<'m> Containment<'m> {
         self.mesh.triangle(face).map(|p| p * self.scale)
     }
 
-    /// 1 where the ray from the point leaves through the front of a face, -1 where it enters through the front, 0
-    /// where it misses the face.
+    /// 1 if the ray from the point leaves through the front of a face, -1 if it enters through the front, 0 if it
+    /// misses the face.
     fn crossing(&self, point: DVec3, face: FaceId) -> i32 {
         let corners = self.triangle(face);
         let point = point * self.scale;
@@ -133,13 +133,13 @@ impl<'m> Containment<'m> {
     }
 }
 
-/// The projection along an axis; it keeps the sense of rotation seen against the axis.
+/// The projection along an axis; it keeps the sense of rotation as seen against the axis.
 fn flat(p: DVec3, axis: usize) -> Coord<f64> {
     Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] }
 }
 
-/// On which side of the line from `a` to `b` a point is that was moved by (e, e^2) for an infinitesimal e: 1 left,
-/// -1 right, 0 only where `a` equals `b`.
+/// The side of the line from `a` to `b` on which the point `at`, moved by (e, e^2) for an infinitesimal e, lies: 1
+/// left, -1 right, 0 only where `a` equals `b`.
 fn side(a: Coord<f64>, b: Coord<f64>, at: Coord<f64>) -> i32 {
     let sign = |x: f64| i32::from(x > 0.0) - i32::from(x < 0.0);
     let exact = sign(orient2d(a, b, at));

@@ -2,15 +2,15 @@
 //!
 //! A component is decided by the first of these rules that applies:
 //!
-//! 1. **Closed components** by their signed volume and by containment. The volume is positive for a component
-//!    that is in no other closed component and for one at an even depth of nesting; it is negative at an odd depth,
-//!    where the component is the surface of a cavity. A component is in another one when all its vertices are inside
-//!    it or on it and at least one is inside. Containment is exact (`containment`).
-//! 2. **Nearly closed components**, whose volume has the same sign for every apex in the bounding box over which their
-//!    holes are closed: as closed ones, but they contain nothing.
+//! 1. **Closed components** by their signed volume and by containment. The volume is positive for a component inside no
+//!    other closed component and for a component at an even depth of nesting. It is negative at an odd depth, where the
+//!    component is the surface of a cavity. A component is inside another one when all its vertices are inside it or on
+//!    it and at least one is inside. Containment is exact (`containment`).
+//! 2. **Nearly closed components** are components with holes whose volume has the same sign for every apex in the
+//!    bounding box from which the holes are closed. They are treated like closed ones, but contain nothing.
 //! 3. **Open components** by visibility from far outside: the side whose visible area is larger by a tenth is
 //!    the front (`visibility`).
-//! 4. **Undecided** are components without volume, flat sheets, and what is hidden inside others.
+//! 4. **Undecided** are components without volume, flat sheets, and components hidden inside others.
 //!
 //! Time: O(n log n) with one ray per component and one location per vertex of a nested component. Components whose
 //! boxes lie in no other box cost one ray only.
@@ -25,7 +25,7 @@ use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::topology::handle::FaceId;
 
-/// Which way the faces of a component look.
+/// The direction in which the faces of a component look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Facing {
@@ -33,7 +33,7 @@ pub enum Facing {
     Outward,
     /// The wrong way.
     InsideOut,
-    /// Neither volume nor visibility tells.
+    /// Neither volume nor visibility decides.
     Undecided,
 }
 
@@ -61,18 +61,18 @@ impl Facings {
     }
 }
 
-/// A visible area that is larger by this factor decides.
+/// A visible area decides if it is larger by this factor.
 const CLEARLY: f64 = 1.1;
 
 /// Most sample points on one open component.
 const MOST_SAMPLES: usize = 512;
 
-/// Sample points on all open components together. Largest components come first; what is left stays undecided.
+/// Sample points on all open components together. The largest components are sampled first; the others stay undecided.
 const ALL_SAMPLES: usize = 1 << 16;
 
 impl TriMesh {
-    /// Which components are inside out, and which of them cannot be told. The [rules](crate::measure::facing) are those
-    /// of [`Repair::reorient`](crate::Repair::reorient).
+    /// Which components are inside out, and which are undecided, by the [rules](crate::measure::facing) of
+    /// [`Repair::reorient`](crate::Repair::reorient).
     ///
     /// ```
     /// use mesh_core::{TriMesh, measure::Facing};
@@ -92,7 +92,7 @@ impl TriMesh {
     }
 }
 
-/// The components and what is measured of each.
+/// The components and their measures.
 struct Parts {
     component_of_face: Vec<u32>,
     faces: Vec<Vec<FaceId>>,
@@ -161,13 +161,13 @@ impl Parts {
         (0..sizes.len()).map(facing).collect()
     }
 
-    /// How many closed components each component with a volume is in.
+    /// The number of closed components that contain each component with a volume.
     fn depths(&self, mesh: &TriMesh, containment: &Containment<'_>) -> Vec<u32> {
         let candidates = parallel::collect_each(self.sizes.len(), |i| {
             self.candidates(mesh, containment, i as u32)
         });
         let mut depths = vec![0; self.sizes.len()];
-        // What contains another one has a larger volume, so its depth is known first.
+        // A container has a larger volume, so its depth is known first.
         for i in self.by_volume() {
             let is_in = |&container: &u32| self.is_in(mesh, containment, i, container);
             if let Some(container) = candidates[i].iter().copied().find(is_in) {
@@ -188,7 +188,7 @@ impl Parts {
         self.sizes[i].volume.abs()
     }
 
-    /// Whether a component may contain another one, to judge by their sizes.
+    /// Whether a component may contain another one, judged by their sizes.
     fn may_contain(&self, container: u32, i: u32) -> bool {
         let [outer, inner] = [container, i].map(|c| self.sizes[c as usize]);
         container != i
@@ -235,7 +235,7 @@ impl Parts {
         some_inside() && parallel::holds_in_blocks(count, none_outside)
     }
 
-    /// Visible areas of the components without a volume, the largest first as long as samples last.
+    /// Visible areas of the components without a volume, the largest first, until the samples are used up.
     fn visible_areas(&self, visibility: &Visibility<'_>) -> Vec<VisibleArea> {
         let mut order: Vec<usize> =
             (0..self.sizes.len()).filter(|&i| self.sizes[i].volume == 0.0).collect();

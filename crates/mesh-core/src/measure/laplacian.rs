@@ -57,9 +57,9 @@ impl TriMesh {
         }))
     }
 
-    /// The [cotangent Laplacian](crate::laplacian): one entry for every vertex with edges and two
-    /// for every edge, row after row, each row in order of its columns. Rows and columns are those
-    /// of the arrays indexed by vertex: with removed vertices, compact first.
+    /// The [cotangent Laplacian](crate::laplacian): one entry for every vertex with edges and two for every edge, row
+    /// after row, each row in order of its columns. Rows and columns are indexed like arrays per vertex: after vertices
+    /// were removed, compact first.
     ///
     /// ```
     /// use mesh_core::TriMesh;

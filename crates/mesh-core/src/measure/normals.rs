@@ -47,9 +47,8 @@ impl TriMesh {
         angle_between(along, back)
     }
 
-    /// The unit normal of a vertex: the face normals weighted by the angles of the faces at the
-    /// vertex (Thürmer and Wüthrich 1998), so that it does not depend on how the surface round the
-    /// vertex is cut into triangles. Zero for isolated vertices.
+    /// The unit normal of a vertex: the face normals weighted by the angles of the faces at the vertex (Thürmer and
+    /// Wüthrich 1998), so that it does not depend on the triangulation around the vertex. Zero for isolated vertices.
     #[must_use]
     pub fn vertex_normal(&self, vertex: VertexId) -> DVec3 {
         let topology = self.topology();

@@ -109,7 +109,7 @@ impl TriMesh {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SoupMeasures {
-    /// The smallest box round the faces; `None` without faces.
+    /// The smallest box around the faces; `None` without faces.
     pub bounds: Option<BoundingBox>,
     /// The total area of the faces, cut into triangles.
     pub area: f64,
@@ -118,8 +118,8 @@ pub struct SoupMeasures {
 }
 
 impl PolygonSoup {
-    /// Measures the faces of the soup, whatever its defects. Faces with missing vertices or non-finite
-    /// positions are left out.
+    /// Measures the faces of the soup, even with defects. Faces with missing vertices or non-finite positions are left
+    /// out.
     #[must_use]
     pub fn measure(&self) -> SoupMeasures {
         let place = |&vertex: &u32| {

@@ -28,7 +28,7 @@ pub(crate) struct Visibility<'m> {
     mesh: &'m TriMesh,
     tree: &'m FaceTree,
     directions: [DVec3; DIRECTIONS],
-    /// Hits nearer than this are of the face itself and of its neighbours.
+    /// Hits nearer than this are on the face itself or its neighbours.
     least: f64,
 }
 
@@ -78,7 +78,7 @@ impl<'m> Visibility<'m> {
         }
     }
 
-    /// Whether no other face is met.
+    /// Whether the half-line meets no other face.
     fn escapes(&self, from: FaceId, point: DVec3, direction: DVec3) -> bool {
         let inverse = direction.recip();
         let may_hit = |b: &BoundingBox| {

@@ -1,4 +1,4 @@
-//! Circulators: iterators round a vertex and along a boundary loop.
+//! Circulators: iterators around a vertex and along a boundary loop.
 
 use crate::topology::Topology;
 use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
@@ -44,7 +44,7 @@ impl Iterator for BoundaryLoop<'_> {
     }
 }
 
-/// Round a vertex and along the boundary.
+/// Circulation around a vertex and along the boundary.
 impl Topology {
     /// The half-edges that start at the vertex, clockwise seen from outside.
     ///
@@ -82,8 +82,8 @@ impl Topology {
         BoundaryLoop { topology: self, first: exterior, coming: Some(exterior) }
     }
 
-    /// The boundary loops, each as its half-edges, which have the hole to their left. They begin at
-    /// the half-edges that [`boundary_loops`](Self::boundary_loops) lists.
+    /// The boundary loops, each as its half-edges, with the hole to their left. They begin at the half-edges that
+    /// [`boundary_loops`](Self::boundary_loops) lists.
     ///
     /// ```
     /// # use mesh_core::Topology;
@@ -98,7 +98,7 @@ impl Topology {
         self.boundary_loops().into_iter().map(|start| self.boundary_loop(start))
     }
 
-    /// One exterior half-edge of every boundary loop, that with the smallest index.
+    /// One exterior half-edge of every boundary loop: the one with the smallest index.
     #[must_use]
     pub fn boundary_loops(&self) -> Vec<HalfEdgeId> {
         let mut seen = vec![false; self.half_edge_capacity()];

@@ -2,11 +2,10 @@
 //!
 //! # Layout
 //!
-//! Every edge is a pair of half-edges `2e` and `2e + 1` that run in opposite directions, so the
-//! twin of a half-edge is one `xor` away and is not stored. A half-edge stores the `next` one round
-//! its face, its `target` vertex and its `face`; half-edges without a face are *exterior* and form
-//! the boundary loops. Vertices and faces store one half-edge each. For a closed mesh that is about
-//! 84 bytes per vertex.
+//! Every edge is a pair of half-edges `2e` and `2e + 1` that run in opposite directions, so the twin of a half-edge is
+//! one `xor` away and is not stored. A half-edge stores the `next` one around its face, its `target` vertex and its
+//! `face`; half-edges without a face are *exterior* and form the boundary loops. Vertices and faces store one half-edge
+//! each. A closed mesh takes about 84 bytes per vertex.
 //!
 //! # Invariants
 //!
@@ -19,14 +18,13 @@
 //!    three;
 //! 5. the half-edge of a vertex starts there, and it is the exterior one when the vertex lies on
 //!    the boundary;
-//! 6. turning round a vertex reaches every half-edge that starts there: the faces at a vertex form
-//!    one fan;
+//! 6. turning around a vertex reaches every half-edge that starts there: the faces at a vertex form one fan;
 //! 7. no edge joins a vertex to itself, and no two edges join the same two vertices.
 //!
 //! # Removed elements
 //!
-//! Edits leave tombstones inside the arrays, so handles of surviving elements stay valid. Counts
-//! and iterators skip them; [`Topology::compact`] closes the gaps and says where everything went.
+//! Edits leave tombstones inside the arrays, so handles of surviving elements stay valid. Counts and iterators skip
+//! them; [`Topology::compact`] closes the gaps and returns the new handles.
 
 use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::revision::Revision;
@@ -49,7 +47,7 @@ pub struct Topology {
 /// The data of a half-edge. Kept together and next to its twin, since circulating needs all of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HalfEdge {
-    /// The next half-edge round the face or boundary loop; `REMOVED` for removed edges.
+    /// The next half-edge around the face or boundary loop; `REMOVED` for removed edges.
     pub(crate) next: HalfEdgeId,
     pub(crate) target: VertexId,
     /// `None`: exterior.
@@ -171,17 +169,17 @@ impl Topology {
         self.face_half_edge.get(face.index()).is_some_and(|&h| h != HalfEdgeId::REMOVED)
     }
 
-    /// The next half-edge round the same face, or round the same boundary loop.
+    /// The next half-edge around the same face or boundary loop.
     #[inline]
     #[must_use]
     pub fn next(&self, half_edge: HalfEdgeId) -> HalfEdgeId {
         self.half_edges[half_edge.index()].next
     }
 
-    /// The previous half-edge round the same face, or round the same boundary loop.
+    /// The previous half-edge around the same face or boundary loop.
     ///
-    /// Two steps inside a face. On the boundary it circulates round the origin: as many steps as that vertex
-    /// has edges.
+    /// Two steps inside a face. On the boundary it circulates around the origin: as many steps as that vertex has
+    /// edges.
     #[must_use]
     pub fn previous(&self, half_edge: HalfEdgeId) -> HalfEdgeId {
         if self.is_exterior(half_edge) {
@@ -239,7 +237,7 @@ impl Topology {
         self.vertex_half_edge[vertex.index()].filter(|&h| h != HalfEdgeId::REMOVED)
     }
 
-    /// The half-edge of the face from which its vertices are counted.
+    /// The first half-edge of the face; its vertices are counted from there.
     #[inline]
     #[must_use]
     pub fn half_edge_of_face(&self, face: FaceId) -> HalfEdgeId {
@@ -271,7 +269,7 @@ impl Topology {
         [self.target(twin), self.target(h)]
     }
 
-    /// The faces on the two sides of an edge, that of half-edge `2e` first.
+    /// The faces on the two sides of an edge; the face of half-edge `2e` first.
     #[inline]
     #[must_use]
     pub fn edge_faces(&self, edge: EdgeId) -> [Option<FaceId>; 2] {
@@ -279,7 +277,7 @@ impl Topology {
         [self.face(h), self.face(twin)]
     }
 
-    /// The three edges of a face: that from its first vertex to its second, and so on.
+    /// The three edges of a face, in order: first the edge from its first vertex to its second.
     #[inline]
     #[must_use]
     pub fn face_edges(&self, face: FaceId) -> [EdgeId; 3] {
@@ -352,10 +350,9 @@ impl Topology {
         }
     }
 
-    /// The triangles as vertex indices, face after face: what a file or a renderer takes.
+    /// The triangles as vertex indices, face after face, for files and renderers.
     ///
-    /// The indices are those of [`Topology::vertices`]: where vertices were removed, compact
-    /// first.
+    /// Indices count as in [`Topology::vertices`]: after vertices were removed, compact first.
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.faces().map(|f| {
             let [a, b, c] = self.face_vertices(f);

@@ -18,8 +18,8 @@ pub trait Handle: Copy + Eq + Ord + Hash + fmt::Debug + Send + Sync + 'static {
     /// The handle of the element with this index.
     ///
     /// # Panics
-    /// When `index` is not below [`Handle::LIMIT`]. Everything that builds meshes from input
-    /// refuses that many elements before handles are made.
+    /// When `index` is not below [`Handle::LIMIT`]. All functions that build meshes from input refuse so many elements
+    /// before they make handles.
     fn from_index(index: usize) -> Self;
 
     /// The index of the element, for use in arrays.

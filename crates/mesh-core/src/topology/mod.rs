@@ -1,4 +1,4 @@
-//! Connectivity: which vertices, edges and faces meet, and nothing about where they are.
+//! Connectivity: which vertices, edges and faces meet, without positions.
 //!
 //! [`Topology`] is the half-edge structure. The other modules build it from index triples ([`pairing`]),
 //! navigate it ([`circulate`]), check it ([`validate`]), and count components and handles ([`components`]).

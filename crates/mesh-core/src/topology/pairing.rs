@@ -17,7 +17,7 @@ pub enum TopologyError {
     /// More elements than 32-bit indices can address.
     #[error("the mesh has more vertices or half-edges than 32-bit indices can address")]
     TooLarge,
-    /// A corner refers to a vertex that is not there.
+    /// A corner refers to a vertex that does not exist.
     #[error("face {face} refers to vertex {vertex}, but there are only {vertex_count} vertices")]
     IndexOutOfRange {
         /// The face.
@@ -40,7 +40,7 @@ pub enum TopologyError {
     NonManifoldEdge {
         /// The ends of the edge, smaller index first.
         vertices: [u32; 2],
-        /// How many faces share it.
+        /// The number of faces that share it.
         faces: usize,
     },
     /// Two faces run along their common edge in the same direction.
@@ -113,8 +113,8 @@ impl Topology {
         for index in 0..self.half_edges.len() {
             if self.half_edges[index].face.is_none() {
                 let end = self.half_edges[index].target;
-                // Every end of an exterior half-edge is the origin of another: as many triangle
-                // sides enter a vertex as leave it.
+                // Every end of an exterior half-edge is the origin of another: the numbers of triangle sides that enter
+                // and leave a vertex are equal.
                 let following = self.vertex_half_edge[end.index()];
                 self.half_edges[index].next =
                     following.ok_or(TopologyError::PinchedVertex { vertex: end.get() })?;
@@ -123,8 +123,7 @@ impl Topology {
         Ok(())
     }
 
-    /// Gives interior vertices a half-edge, and checks that turning round a vertex meets all of
-    /// its half-edges.
+    /// Gives interior vertices a half-edge, and checks that turning around a vertex meets all of its half-edges.
     fn choose_vertex_half_edges(&mut self) -> Result<(), TopologyError> {
         let mut valence = vec![0_u32; self.vertex_half_edge.len()];
         for index in 0..self.half_edges.len() {
@@ -159,7 +158,7 @@ fn check_corners(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<(), Topo
     Ok(())
 }
 
-/// The side that follows round the triangle; as a corner, the one where `side` ends.
+/// The next side of the triangle; as a corner, the one where `side` ends.
 #[inline]
 pub(crate) fn next(side: u32) -> u32 {
     if side % 3 == 2 { side - 2 } else { side + 1 }
@@ -254,7 +253,7 @@ pub(crate) fn larger_end(triangles: &[[u32; 3]], side: u32) -> u32 {
     from.max(to)
 }
 
-/// All triangle sides, grouped by their smaller vertex, and where each group starts.
+/// All triangle sides, grouped by their smaller vertex, and the start of each group.
 pub(crate) fn bucket_by_smaller_vertex(
     vertex_count: usize,
     triangles: &[[u32; 3]],
@@ -336,7 +335,7 @@ mod tests {
     use crate::random::SplitMix64;
     use std::collections::HashMap;
 
-    /// Edges by their definition: those of each smaller vertex in the order in which the sides meet them.
+    /// Edges by definition: the edges of each smaller vertex in order of their first side.
     fn by_definition(triangles: &[[u32; 3]]) -> Vec<EdgeSides> {
         let mut sides: Vec<u32> = (0..3 * triangles.len() as u32).collect();
         let ends = |side: u32| side_ends(triangles, side);

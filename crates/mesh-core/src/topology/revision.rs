@@ -1,11 +1,11 @@
 //! Ties the token of a check to one mesh in one state.
 //!
-//! A token of a check must not be applied to another mesh, nor to the same mesh after an edit. So
-//! every mesh has a number of its own and counts its edits, and a token remembers both.
+//! A token of a check must not be applied to another mesh, or to the same mesh after an edit. So every mesh has its own
+//! number and counts its edits, and a token stores both.
 //!
-//! A copy of a mesh *is* the state that it was copied from, until one of the two is edited: what was
-//! checked on either is legal on both, so tokens may pass between them. With its first edit the copy
-//! takes a number of its own, and from then on they are two meshes.
+//! A copy of a mesh *is* the same state as the original until one of the two is edited: a check of either is valid for
+//! both, so tokens may be applied to either. With its first edit the copy takes its own number, and from then on they
+//! are two meshes.
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
@@ -17,7 +17,7 @@ pub(crate) struct Revision {
     is_copy: bool,
 }
 
-/// A state of a mesh. No two states that differ are equal, in one run of a program.
+/// A state of a mesh. Within one run of a program, different states are never equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct State {
     mesh: u64,

@@ -116,8 +116,8 @@ impl Topology {
                 return Err(BrokenInvariant::NotATriangle(f));
             }
         }
-        // The circuits of the faces are disjoint and have three half-edges each; any half-edge
-        // beyond those claims a face that does not have it.
+        // The circuits of the faces are disjoint and have three half-edges each; any further half-edge names a face
+        // that it does not belong to.
         for h in self.half_edges() {
             if let Some(f) = self.face(h)
                 && !(self.contains_face(f) && self.face_half_edges(f).contains(&h))

@@ -11,7 +11,7 @@ pub(super) struct Document {
     pub buffers: Vec<Bytes>,
 }
 
-/// The bytes of a buffer: the first so many of a file, which buffers may share.
+/// The bytes of a buffer: a prefix of a file, which several buffers may share.
 #[derive(Clone, Default)]
 pub(super) struct Bytes {
     pub all: Rc<Vec<u8>>,
@@ -24,7 +24,7 @@ impl Bytes {
     }
 }
 
-/// Where the values of an accessor are.
+/// The location of the values of an accessor.
 struct Source<'d> {
     bytes: &'d [u8],
     stride: usize,
@@ -52,12 +52,12 @@ pub(super) fn at(path: &str) -> Location {
     Location::Json(path.to_owned())
 }
 
-/// The error for an index that leads nowhere.
+/// The error of an index that is out of range.
 pub(super) fn no_such(path: &str, what: &str, index: u32, count: usize) -> ReadErrorKind {
     ReadErrorKind::malformed(at(path), format!("one of {count} {what}"), index.to_string())
 }
 
-/// The item of an index.
+/// The element at an index.
 pub(super) fn item<'d, T>(
     all: &'d [T],
     index: u32,
@@ -67,21 +67,21 @@ pub(super) fn item<'d, T>(
     all.get(index as usize).ok_or_else(|| no_such(path, what, index, all.len()))
 }
 
-/// The values of an accessor, known to be there.
+/// The values of an accessor, already checked to exist.
 pub(super) struct Values<'d> {
-    /// What asks for them, for errors.
+    /// The path of the user of the accessor, for errors.
     path: &'d str,
     count: usize,
     /// The bytes of a value.
     length: usize,
     kind: Kind,
     normalized: bool,
-    /// Nothing where all are zero.
+    /// `None` if all values are zero.
     source: Option<Source<'d>>,
     sparse: Option<SparseValues<'d>>,
 }
 
-/// Values that take the place of others.
+/// Values that replace others.
 struct SparseValues<'d> {
     count: usize,
     kind: Kind,
@@ -99,7 +99,7 @@ impl Document {
         Ok(self.accessor(index, path)?.count)
     }
 
-    /// The bytes of a view, and the distance of its values when given.
+    /// The bytes of a view, and the stride of its values if given.
     pub(super) fn view(
         &self,
         index: u32,
@@ -135,10 +135,10 @@ impl Document {
         Ok(width(self.accessor(index, path)?.shape))
     }
 
-    /// The values of an accessor of so many components.
+    /// The values of an accessor with this number of components.
     ///
-    /// Takes no longer for many values than for few: those of a mesh are asked for before it is
-    /// known whether there is memory for it.
+    /// The time does not depend on the number of values, because values are requested before it is known whether the
+    /// mesh fits into memory.
     pub(super) fn values<'d>(
         &'d self,
         index: u32,
@@ -193,7 +193,7 @@ impl Document {
         Ok(indices)
     }
 
-    /// The bytes of `count` values of `length` bytes each, known to be there.
+    /// The bytes of `count` values of `length` bytes each, checked to exist.
     fn source(
         &self,
         view: u32,
@@ -222,13 +222,13 @@ impl Values<'_> {
         self.count
     }
 
-    /// Whether no buffer says anything about the values.
+    /// Whether no buffer defines the values.
     pub(super) fn is_nothing(&self) -> bool {
         self.source.is_none() && self.sparse.is_none() && self.count > 0
     }
 
-    /// Calls `put` with the place and the components of every value, normalised if the accessor says
-    /// so; `fill` stands for components that it lacks.
+    /// Calls `put` with the index and the components of every value, normalised if the accessor says so; `fill`
+    /// replaces missing components.
     pub(super) fn each<const N: usize>(
         &self,
         fill: f32,
@@ -243,7 +243,7 @@ impl Values<'_> {
         })
     }
 
-    /// The type of the numbers as they are in the file; floating point where they are normalised.
+    /// The type of the numbers in the file; floating point if they are normalised.
     pub(super) fn scalar_type(&self) -> ScalarType {
         match self.kind {
             _ if self.normalized => ScalarType::F32,
@@ -256,18 +256,18 @@ impl Values<'_> {
         }
     }
 
-    /// Whether these are whole numbers that stand for themselves.
+    /// Whether the values are plain integers.
     pub(super) fn is_whole(&self) -> bool {
         self.scalar_type().is_integer()
     }
 
-    /// The same values, whole numbers taken from 0 to 1.
+    /// The same values, with integers normalised to 0 to 1.
     pub(super) fn normalized(self) -> Self {
         let normalized = self.normalized || self.is_whole();
         Self { normalized, ..self }
     }
 
-    /// Calls `put` with the place and the first component of every value.
+    /// Calls `put` with the index and the first component of every value.
     pub(super) fn each_number(&self, mut put: impl FnMut(usize, f64)) -> Result<(), ReadErrorKind> {
         self.each_bytes(|index, bytes| {
             let component = bytes.get(..size(self.kind)).unwrap_or_default();
@@ -285,8 +285,7 @@ impl Values<'_> {
         Ok(values)
     }
 
-    /// Calls `put` with the bytes of every value in order, then with those that take the place of
-    /// others.
+    /// Calls `put` with the bytes of every value in order, then with the values that replace others.
     fn each_bytes(&self, mut put: impl FnMut(usize, &[u8])) -> Result<(), ReadErrorKind> {
         let zeros = [0; 64];
         for index in 0..self.count {

@@ -29,7 +29,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<(Vec<u8>, Option<Vec<u8>>), 
             cure: "convert the file to glTF 2.0",
         });
     }
-    // Chunks say their own length; the total adds nothing.
+    // Chunks have their own lengths; the total length is not needed.
     input.skip(4, "the total length")?;
     let (mut json, mut binary) = (None, None);
     while !input.peek(1)?.is_empty() {
@@ -74,7 +74,7 @@ pub(super) fn buffers(
             None if index == 0 => Rc::new(binary.take().unwrap_or_default()),
             None => Rc::default(),
         };
-        // A buffer that stands for compressed data need not be there until it is used.
+        // A fallback buffer of compressed data may be missing until it is used.
         if all.is_empty() && buffer.extensions.meshopt().is_some() {
             return Ok(Bytes::default());
         }
@@ -93,9 +93,9 @@ fn place(buffer: usize) -> Location {
     Location::Json(format!("buffers[{buffer}]"))
 }
 
-/// The files that buffers are in, each read once, and no further than any buffer reaches.
+/// The files that contain buffers. Each is read once, up to the largest end of a buffer.
 struct Others<'d> {
-    /// Which of the files a name in the document means.
+    /// The file for each name in the document.
     names: HashMap<&'d str, usize>,
     files: Vec<OtherFile>,
 }
@@ -118,7 +118,7 @@ impl<'d> Others<'d> {
             let file = match all.names.entry(uri) {
                 Entry::Occupied(known) => *known.get(),
                 Entry::Vacant(new) => {
-                    // What the name means is decided before anything is asked about it.
+                    // The name is resolved before any access to the file.
                     let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
                     let path = files
                         .resolve(&name)
@@ -166,12 +166,12 @@ fn missing(uri: &str, reason: String, at: &Location) -> ReadErrorKind {
     ReadErrorKind::MissingResource { at: at.clone(), uri, reason }
 }
 
-/// What is before and after the comma of a data URI.
+/// The parts before and after the comma of a data URI.
 fn data_uri_parts(uri: &str) -> Option<(&str, &str)> {
     uri.strip_prefix("data:")?.split_once(',')
 }
 
-/// The bytes of a data URI, if this is one with a known encoding, and its media type.
+/// The media type and the bytes of a data URI, if this is one with a known encoding.
 pub(super) fn data_uri(uri: &str) -> Option<(String, Result<Vec<u8>, String>)> {
     let (head, data) = data_uri_parts(uri)?;
     match head.strip_suffix(";base64") {

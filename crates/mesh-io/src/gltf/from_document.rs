@@ -1,4 +1,4 @@
-//! Models from what the crate `gltf` has loaded.
+//! Models from data loaded by the crate `gltf`.
 
 use super::accessor::Bytes;
 use super::read::{parse, read_root};
@@ -13,7 +13,7 @@ impl Model {
     /// The model of a document that the crate `gltf` has loaded, with the bytes of its buffers in the order
     /// of the document: `Vec<Vec<u8>>`, or the `Vec<gltf::buffer::Data>` that `gltf::import` returns.
     ///
-    /// Images are as the document has them: embedded ones in the model as encoded bytes, others by name.
+    /// Images are stored as in the document: embedded ones as encoded bytes, others by name.
     ///
     /// ```
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -30,8 +30,7 @@ impl Model {
     /// ```
     ///
     /// # Errors
-    /// As [`read_from`](crate::read_from): an index leads nowhere, or an extension that is not read is
-    /// required.
+    /// As [`read_from`](crate::read_from): an index is out of range, or a required extension is not supported.
     pub fn from_gltf<B: Deref<Target: AsRef<[u8]>>>(
         document: &gltf::Document,
         buffers: &[B],
@@ -47,7 +46,7 @@ impl Model {
         };
         let buffers = buffers.iter().map(bytes).collect();
         let mut nothing: &[u8] = &[];
-        // Whoever loaded the document has seen to its size.
+        // The caller that loaded the document has already accepted its size.
         let mut input = Input::new(&mut nothing, Some(0), Budget::new(Some(u64::MAX)));
         let mut model = read_root(root, buffers, &mut input)?;
         crate::color_range::to_unit_range(&mut model);

@@ -1,4 +1,4 @@
-//! A model as the columns of numbers that glTF makes of it.
+//! A model as columns of numbers for glTF.
 
 use super::wedges::Wedges;
 use crate::color::{are_bytes, to_bytes};
@@ -15,7 +15,7 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::ops::Range;
 
-/// What the vertices have, in the order of the buffer.
+/// The attributes of the vertices, in the order of the buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Column {
     Position,
@@ -40,8 +40,7 @@ pub(super) enum Component {
 }
 
 impl Component {
-    /// The type of a column in the file: its own one, or the narrowest integer type that holds all of
-    /// its whole numbers.
+    /// The type of a column in the file: its own type, or the narrowest integer type that holds all of its integers.
     fn of(values: &ScalarValues) -> Self {
         match values {
             ScalarValues::I8(_) => return Self::I8,
@@ -104,19 +103,19 @@ impl Column {
 /// The triangles of one material.
 pub(super) struct Primitive {
     pub(super) material: u32,
-    /// Where its indices are in [`Level::indices`].
+    /// The range of its indices in [`Level::indices`].
     pub(super) range: Range<usize>,
 }
 
-/// A model, taken apart.
+/// A model, split into its columns.
 pub(super) struct Level<'m> {
     model: &'m Model,
     wedges: Wedges,
-    /// What is subtracted from the positions.
+    /// The vector that is subtracted from the positions.
     offset: DVec3,
     /// The columns under their names in glTF.
     pub(super) columns: Vec<(String, Column)>,
-    /// Normals for vertices whose own have no length, when there are such.
+    /// Normals for vertices whose own normals have no length, if there are any.
     substitutes: Option<Vec<Vec3>>,
     /// The indices of all primitives, one after another.
     pub(super) indices: Vec<u32>,
@@ -175,7 +174,7 @@ impl<'m> Level<'m> {
         (self.model.soup.positions()[vertex] - self.offset).as_vec3()
     }
 
-    /// Finds out which vertices have a normal of their own, and finds others for those that do not.
+    /// Finds the vertices with a valid normal, and computes normals for the others.
     fn take_normals(&mut self) {
         let model = self.model;
         if model.corner_normals.is_none() && model.vertex_normals.is_none() {
@@ -201,7 +200,7 @@ impl<'m> Level<'m> {
         self.columns.push(("NORMAL".to_owned(), Column::Normal));
     }
 
-    /// The unit normal that the model gives, if it has a direction.
+    /// The unit normal of the model, if it has a direction.
     fn own_normal(&self, vertex: usize, corner: Option<usize>) -> Option<Vec3> {
         let given = match (&self.model.corner_normals, &self.model.vertex_normals) {
             (Some(all), _) => all[corner?],
@@ -214,7 +213,7 @@ impl<'m> Level<'m> {
     fn find_columns(&mut self) {
         let model = self.model;
         self.columns.insert(0, ("POSITION".to_owned(), Column::Position));
-        // Without a first set, zeros stand for it: names begin with TEXCOORD_0.
+        // Zeros replace a missing first set, because names start at TEXCOORD_0.
         let has_uvs = model.corner_uvs.is_some() || !model.more_corner_uvs.is_empty();
         let sets = if has_uvs { 1 + model.more_corner_uvs.len() } else { 0 };
         self.columns.extend((0..sets).map(|set| (format!("TEXCOORD_{set}"), Column::Uv(set))));
@@ -235,7 +234,7 @@ impl<'m> Level<'m> {
         }
     }
 
-    /// Writes a column, the value of every vertex.
+    /// Writes a column: the value of every vertex.
     pub(super) fn write(&self, column: Column, writer: &mut dyn Write) -> std::io::Result<()> {
         let model = self.model;
         self.wedges.sources().try_for_each(|(vertex, corner)| match column {
@@ -263,14 +262,14 @@ impl<'m> Level<'m> {
                         let value = values.get(vertex).unwrap_or_default() as f32;
                         floats(writer, finite_or([value], 0.0))
                     }
-                    // The low bytes of a number that fits; the rest of the four is padding.
+                    // The low bytes of a number that fits; the others are padding.
                     (_, Some(whole)) => writer.write_all(&(whole as i32).to_le_bytes()),
                 }
             }
         })
     }
 
-    /// The colour of a vertex, white where it has none.
+    /// The colour of a vertex; white if it has none.
     fn color(&self, vertex: usize) -> [f32; 4] {
         let color = self.model.vertex_colors.as_ref().map_or([1.0; 4], |colors| colors[vertex]);
         finite_or(color, 1.0)
@@ -285,9 +284,9 @@ fn floats<const N: usize>(writer: &mut dyn Write, values: [f32; N]) -> std::io::
     values.iter().try_for_each(|value| writer.write_all(&value.to_le_bytes()))
 }
 
-/// A normal of unit length, bit for bit what it was if it had that already.
+/// A normal of unit length. Normals that have unit length already keep their bits.
 fn unit(normal: [f32; 3]) -> Option<Vec3> {
-    /// How far from one a squared length may be that rounding has made of one.
+    /// The largest deviation of a squared length from 1 that rounding can cause.
     const ROUNDING: f64 = 1e-6;
     let normal = Vec3::from(normal);
     let exact = normal.as_dvec3();
@@ -297,8 +296,7 @@ fn unit(normal: [f32; 3]) -> Option<Vec3> {
     exact.try_normalize().map(DVec3::as_vec3).filter(|normal| normal.is_finite())
 }
 
-/// The unit normal of every vertex, the mean of those of its faces weighted by area; upwards where
-/// that has no direction.
+/// The unit normal of every vertex: the mean over its faces weighted by area; upwards if the mean has no direction.
 fn face_normals(model: &Model) -> Vec<Vec3> {
     let positions = model.soup.positions();
     let mut sums = vec![DVec3::ZERO; positions.len()];
@@ -312,7 +310,7 @@ fn face_normals(model: &Model) -> Vec<Vec3> {
     sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3()).collect()
 }
 
-/// A primitive for every material, in the order of their first faces, and the indices of them all.
+/// A primitive for every material, in the order of their first faces, and the indices of all primitives.
 fn primitives(model: &Model, wedges: &Wedges) -> (Vec<Primitive>, Vec<u32>) {
     let material = |face: usize| model.face_materials.as_ref().map_or(Model::NONE, |all| all[face]);
     let mut primitives: Vec<Primitive> = Vec::new();
@@ -329,7 +327,7 @@ fn primitives(model: &Model, wedges: &Wedges) -> (Vec<Primitive>, Vec<u32>) {
     for primitive in &mut primitives {
         let start = total;
         total += primitive.range.end;
-        // Empty as yet; it grows by every triangle.
+        // The range is empty at first, and grows with every triangle.
         primitive.range = start..start;
     }
     let mut indices = vec![0; total];

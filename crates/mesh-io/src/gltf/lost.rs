@@ -1,4 +1,4 @@
-//! What a document holds and a model does not.
+//! Content of a document that a model cannot hold.
 
 use super::schema::{Node, Root};
 use crate::notes::Notes;
@@ -7,7 +7,7 @@ use crate::text::quote;
 const NO_SCENE: &str = "a model is one mesh in world coordinates, without a scene around it";
 const REST_POSE: &str = "the mesh is read in its rest pose";
 
-/// Extensions that are read, or whose content is named by itself.
+/// Extensions that are read, or whose content is reported separately.
 const READ: [&str; 9] = [
     "KHR_mesh_quantization",
     "KHR_texture_transform",
@@ -20,7 +20,7 @@ const READ: [&str; 9] = [
     "KHR_draco_mesh_compression",
 ];
 
-/// Names everything in the document that the model will not hold.
+/// Notes everything in the document that the model cannot hold.
 pub(super) fn note(root: &Root, notes: &mut Notes) {
     let lights = root.extensions.lights.as_ref().map_or(0, |lights| lights.lights.len());
     notes.lose_some("animations", root.animations.len() as u64, REST_POSE);

@@ -11,8 +11,8 @@ use crate::{Alpha, Image, ImageData, Material, Model};
 use percent_encoding::percent_decode_str;
 use std::collections::HashMap;
 
-/// Takes the materials and images of a document; what cannot be read of them is noted. Returns, for
-/// every material, the texture that its texture coordinates are for.
+/// Reads the materials and images of a document; unreadable parts are noted. Returns, for every material, the texture
+/// that its texture coordinates belong to.
 pub(super) fn read(
     document: &Document,
     model: &mut Model,
@@ -33,8 +33,8 @@ pub(super) fn read(
     Ok(textures)
 }
 
-/// Takes the images; where in the model each image of the document is. The bytes of a buffer are one
-/// image, however many images of the document they are.
+/// Reads the images, and returns the index in the model for each image of the document. Images with the same bytes of a
+/// buffer become one image.
 fn read_images(
     document: &Document,
     model: &mut Model,
@@ -91,7 +91,7 @@ fn read_images(
     Ok(places)
 }
 
-/// The name of a file, which a document holds percent-encoded. An address of the net stays one.
+/// The file name in a percent-encoded URI. An internet address is unchanged.
 fn plain_name(uri: &str) -> String {
     if uri.contains("://") {
         return uri.to_owned();
@@ -113,7 +113,7 @@ fn read_material(
     if let Some(other) = &material.extensions.specular_glossiness {
         let why = "only the diffuse colour and texture are kept";
         notes.lose(Lost::new(format!("{path}: its specular-glossiness"), why));
-        // Written beside it for readers that do not know the extension, the other model wins.
+        // If the other model is also present, as a fallback for readers without the extension, it takes precedence.
         if material.pbr_metallic_roughness.is_none() {
             (color, texture) = (other.diffuse_factor, other.diffuse_texture.clone());
         }
@@ -148,7 +148,7 @@ fn read_material(
     (read, texture)
 }
 
-/// The image of a texture in a format that every reader knows, or a note that there is none.
+/// The image of a texture in a widely supported format, or a note that there is none.
 fn image_of(
     document: &Document,
     info: &TextureInfo,

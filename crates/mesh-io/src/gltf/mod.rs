@@ -1,9 +1,8 @@
 //! glTF 2.0, as JSON or in its binary container.
 //!
-//! What is read of a document is in [`schema`]; every index is checked where it is followed. The
-//! whole scene is planned before any of it is read, so that its size is known. Writing takes the
-//! types of the `gltf` crate, which know how documents look, but not those of its accessors, which
-//! panic on indices and counts out of range.
+//! The parts of a document that are read are in [`schema`]; every index is checked when it is used. The whole scene is
+//! planned before any of it is read, so that its size is known. The writer uses the types of the `gltf` crate for
+//! documents, but not its accessors, which panic on indices and counts out of range.
 
 mod accessor;
 mod container;

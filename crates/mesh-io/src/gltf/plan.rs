@@ -1,4 +1,4 @@
-//! What a scene holds and how much memory it takes, before any of it is read.
+//! The content and memory need of a scene, before any of it is read.
 
 use super::accessor::{Document, Values, at, item, no_such};
 use super::scene::{INSTANCE, Placed, each_placed, instance_count};
@@ -11,26 +11,26 @@ use crate::numbering::Numbering;
 use crate::scalars::{ScalarType, ScalarValues, Scalars};
 use std::collections::HashMap;
 
-/// The meshes of a scene, and the size of the model that they make.
+/// The meshes of a scene, and the size of the resulting model.
 pub(super) struct Plan {
     /// The meshes that are drawn.
     pub meshes: Vec<Option<MeshPlan>>,
-    /// The names of the numbers that vertices have.
+    /// The names of the named numbers of vertices.
     pub scalars: Numbering,
     pub vertices: u64,
     pub faces: u64,
     pub has_colors: bool,
     pub has_normals: bool,
     pub has_uvs: bool,
-    /// How many sets of texture coordinates there are besides the first.
+    /// The number of sets of texture coordinates, without the first.
     pub more_uvs: usize,
     pub has_materials: bool,
-    /// The bytes of the groups, and those that are needed for a while only.
+    /// The bytes of the groups; `passing` are bytes that are needed only temporarily.
     groups: u64,
     passing: u64,
 }
 
-/// What is read of a mesh.
+/// The parts of a mesh that are read.
 #[derive(Default)]
 pub(super) struct MeshPlan {
     /// Primitives that have the same attributes share their vertices.
@@ -46,9 +46,9 @@ pub(super) struct MeshPlan {
     has_materials: bool,
 }
 
-/// Vertices, by the accessors of their attributes.
+/// Vertices, given by the accessors of their attributes.
 pub(super) struct VertexSet {
-    /// A primitive that has them.
+    /// A primitive that uses them.
     pub primitive: usize,
     pub count: usize,
     pub positions: u32,
@@ -70,23 +70,23 @@ pub(super) struct NamedAccessor {
 pub(super) struct Part {
     pub primitive: usize,
     pub set: usize,
-    /// Which of the texture coordinates of the mesh, and how to transform them.
+    /// The index of the texture coordinates of the mesh, and their transform.
     pub uvs: Option<(usize, TextureTransform)>,
-    /// Which of the texture coordinates of the mesh make its further sets.
+    /// The indices of the texture coordinates for the further sets.
     pub more_uvs: Vec<usize>,
 }
 
 pub(super) const STRIP: u32 = 5;
 pub(super) const FAN: u32 = 6;
 
-/// Where a primitive is in the document.
+/// The path of a primitive in the document.
 pub(super) fn path_of(mesh: u32, primitive: usize) -> String {
     format!("meshes[{mesh}].primitives[{primitive}]")
 }
 
 impl Plan {
-    /// Looks at everything that the scene draws. `textures` is, for every material, the one that its
-    /// texture coordinates are for.
+    /// Examines everything that the scene draws. `textures` is, for every material, the texture that its texture
+    /// coordinates belong to.
     pub(super) fn of(
         document: &Document,
         textures: &[Option<TextureInfo>],
@@ -110,7 +110,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The bytes that the model takes, and those that reading it takes beside.
+    /// The bytes of the model, and of the reader in addition.
     pub(super) fn bytes(&self) -> u64 {
         let of = |there: bool, bytes: u64| if there { bytes } else { 0 };
         let scalars = 8 * self.scalars.names().len() as u64;
@@ -122,8 +122,8 @@ impl Plan {
         model.saturating_add(self.groups).saturating_add(self.passing)
     }
 
-    /// Columns for the named numbers of all vertices, in a type that holds those of every mesh. A vertex
-    /// without a number has NaN, which needs floating point.
+    /// Columns for the named numbers of all vertices, in a type that holds the numbers of every mesh. Vertices without
+    /// a number get NaN, which needs floating point.
     pub(super) fn columns(&self, vertices: usize) -> Vec<Scalars> {
         let sets = || self.meshes.iter().flatten().flat_map(|mesh| &mesh.sets);
         let column = |(number, name): (u32, &String)| {
@@ -254,15 +254,15 @@ impl Planner<'_> {
         plan.sets.shrink_to_fit();
         plan.parts.shrink_to_fit();
         plan.passing = plan.passing.saturating_add(most_indices.saturating_mul(4));
-        // Without any vertex, nothing is to be done for the nodes that have the mesh.
+        // A mesh without vertices needs no work for its nodes.
         if plan.vertices == 0 {
             plan = MeshPlan::default();
         }
         Ok(plan)
     }
 
-    /// Looks at the accessor of an attribute: its values are there, of a fitting width, and as many
-    /// as there are positions. How many these are, and whether any buffer says something about them.
+    /// Checks the accessor of an attribute: its values exist, have a suitable width, and match the number of positions.
+    /// Returns their number, and whether any buffer defines them.
     fn attribute(
         &self,
         primitive: &Primitive,
@@ -327,7 +327,7 @@ impl Planner<'_> {
         Ok(VertexSet { primitive: index, count, positions, normals, colors, scalars })
     }
 
-    /// How many indices a primitive has: those of its accessor, or one for each vertex.
+    /// The number of indices of a primitive: the count of its accessor, or one per vertex.
     fn indices(
         &self,
         primitive: &Primitive,
@@ -347,8 +347,7 @@ impl Planner<'_> {
         Ok(values.count() as u64)
     }
 
-    /// The texture coordinates that belong to the texture of the material; the first ones where
-    /// there is no texture.
+    /// The texture coordinates for the texture of the material; the first ones if there is no texture.
     fn uvs(
         &mut self,
         primitive: &Primitive,
@@ -391,7 +390,7 @@ impl Planner<'_> {
     }
 }
 
-/// Values that only the compressed data have are not there.
+/// Rejects values that exist only in compressed data.
 fn not_draco(primitive: &Primitive, values: &Values<'_>, path: &str) -> Result<(), ReadErrorKind> {
     if !(primitive.extensions.draco && values.is_nothing()) {
         return Ok(());

@@ -18,7 +18,7 @@ use mesh_core::soup::TooManyCorners;
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
     let (json, binary) = container::read(input)?;
-    // The lists of the document grow; strings are in it once more than in the text.
+    // The lists of the document grow, and its strings are copied from the text.
     let braces = json.iter().filter(|&&byte| byte == b'{').count() as u64;
     input.spend(json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
     let root = parse(&json)?;
@@ -57,7 +57,7 @@ pub(super) fn read_root(
     Ok(model)
 }
 
-/// Extensions that change nothing but the looks, or that are read here.
+/// Extensions that affect only the appearance, or that are read here.
 fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
     const HARMLESS: [&str; 6] = [
         "KHR_mesh_quantization",
@@ -79,12 +79,12 @@ fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
     }
 }
 
-/// Fills the model, whose size the plan has told.
+/// Fills the model, whose size the plan has determined.
 struct Reader<'d> {
     document: &'d Document,
     plan: &'d Plan,
     model: Model,
-    /// Of the size that they will have; full up to `vertex`.
+    /// Allocated in full size; filled up to `vertex`.
     positions: Vec<DVec3>,
     vertex: usize,
 }
@@ -161,7 +161,7 @@ impl<'d> Reader<'d> {
         Ok(())
     }
 
-    /// Takes the vertices of a primitive; their normals.
+    /// Reads the vertices of a primitive, and returns their normals.
     fn vertices(
         &mut self,
         set: &VertexSet,
@@ -297,7 +297,7 @@ impl<'d> Reader<'d> {
     }
 }
 
-/// A mesh where a node puts it.
+/// A mesh with the transform of a node.
 struct Instance<'d> {
     placed: &'d Placed<'d>,
     mesh: &'d Mesh,
@@ -306,15 +306,15 @@ struct Instance<'d> {
     uvs: &'d [Vec<[f32; 2]>],
 }
 
-/// Where a texture coordinate of the file is in a picture whose origin is at the lower left.
+/// The map of texture coordinates of the file to an origin at the lower left.
 struct UvTransform {
     u: [f32; 3],
     v: [f32; 3],
 }
 
 impl UvTransform {
-    /// Scaled, turned counter-clockwise as seen in the picture, and moved, as the extension
-    /// `KHR_texture_transform` says; its example shows which way is counter-clockwise.
+    /// Scales, rotates counter-clockwise in the picture, and translates, as in the extension `KHR_texture_transform`;
+    /// its example shows the direction of rotation.
     fn new(transform: &TextureTransform) -> Self {
         let TextureTransform { offset, rotation, scale, .. } = *transform;
         let (sin, cos) = rotation.sin_cos();
@@ -331,8 +331,8 @@ impl UvTransform {
     }
 }
 
-/// Normals follow the inverse transpose of the transform: the matrix of its cofactors does, and
-/// exists for singular ones too.
+/// Normals transform with the inverse transpose. The matrix of cofactors is used instead, because it also exists for
+/// singular transforms.
 fn rotate_normals(normals: &mut [[f32; 3]], transform: &DMat4) {
     let m = DMat3::from_mat4(*transform);
     if m == DMat3::IDENTITY {

@@ -1,14 +1,14 @@
-//! The nodes of a scene and where they put their meshes.
+//! The nodes of a scene and the transforms of their meshes.
 
 use super::accessor::{Document, at, no_such};
 use super::schema::{Node, Root};
 use crate::error::ReadErrorKind;
 use glam::{DMat4, DQuat, DVec3};
 
-/// Nodes nested deeper than this are refused.
+/// Deeper nesting of nodes is rejected.
 const DEEPEST: usize = 1000;
 
-/// A mesh, put somewhere by a node.
+/// A mesh with the transform of a node.
 pub(super) struct Placed<'d> {
     pub index: usize,
     pub node: &'d Node,
@@ -16,14 +16,14 @@ pub(super) struct Placed<'d> {
     pub transform: DMat4,
 }
 
-/// Calls `visit` for all meshes of the default scene (or of the only one, or of all nodes that are no
-/// children), each as often as a node names it. The nodes must form a forest.
+/// Calls `visit` for all meshes of the default scene (or of the only scene, or of all root nodes), once for each
+/// reference by a node. The nodes must form a forest.
 pub(super) fn each_placed<'d>(
     root: &'d Root,
     mut visit: impl FnMut(&Placed<'d>) -> Result<(), ReadErrorKind>,
 ) -> Result<(), ReadErrorKind> {
     let mut seen = vec![false; root.nodes.len()];
-    // The nodes from the root down: their transform, and those of their children that are left.
+    // The nodes from the root down: their transforms, and the children that remain.
     let mut stack: Vec<(DMat4, std::slice::Iter<'_, u32>)> = Vec::new();
     let tops = tops(root)?;
     stack.push((DMat4::IDENTITY, tops.iter()));
@@ -97,10 +97,10 @@ fn placement(
     )
 }
 
-/// The memory that the places of an instance take while they are read.
+/// The memory for the transform of an instance while it is read.
 pub(super) const INSTANCE: u64 = 12 + 16 + 12 + 128;
 
-/// How often the extension `EXT_mesh_gpu_instancing` draws the mesh of a node: once without it.
+/// The number of times that the extension `EXT_mesh_gpu_instancing` draws the mesh of a node; 1 without it.
 pub(super) fn instance_count(
     document: &Document,
     placed: &Placed<'_>,
@@ -123,7 +123,7 @@ fn path_of(placed: &Placed<'_>, name: &str) -> String {
     format!("nodes[{}].extensions.EXT_mesh_gpu_instancing.attributes.{name}", placed.index)
 }
 
-/// The transforms of all instances of a mesh that a node puts somewhere.
+/// The transforms of all instances of the mesh of a node.
 pub(super) fn transforms(
     document: &Document,
     placed: &Placed<'_>,

@@ -1,14 +1,14 @@
 //! The parts of a glTF document that are read, as they are in the JSON.
 //!
-//! Objects are small, since a document may hold one for every three bytes, and nothing is kept of
-//! what is not used. Indices are as they are: whoever follows one checks it.
+//! Objects are small, because a document may hold one for every three bytes, and unused data is not kept. Indices are
+//! unchecked; the user of an index must check it.
 
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
 
-/// The largest of the objects of which there may be one for every brace in the text, beside what is
-/// counted by its own characters.
+/// The size of the largest object of which there may be one for every brace in the text, without the parts that are
+/// counted by their own characters.
 pub(super) const LARGEST: u64 = size_of::<Node>() as u64 + 16;
 
 #[derive(Deserialize)]
@@ -112,7 +112,7 @@ pub(super) struct SparsePart {
     pub buffer_view: u32,
     #[serde(default)]
     pub byte_offset: u64,
-    /// That of the indices; the values have that of the accessor.
+    /// The component type of the indices; the values have the type of the accessor.
     #[serde(default)]
     pub component_type: u32,
 }
@@ -138,7 +138,7 @@ pub(super) struct View {
     pub extensions: Compression,
 }
 
-/// Whether the bytes are to be had by another way, which is not taken here.
+/// Whether the bytes are available in another way, which is not supported here.
 #[derive(Deserialize, Default)]
 #[serde(default)]
 pub(super) struct Compression {
@@ -394,7 +394,7 @@ impl<'de> Deserialize<'de> for Attributes {
                     entries.push(entry);
                 }
                 entries.sort();
-                // Of a name that is given twice, one will do.
+                // If a name is given twice, one of the values is used.
                 entries.dedup_by(|a: &mut (Box<str>, u32), b| a.0 == b.0);
                 Ok(Attributes(entries))
             }
@@ -404,7 +404,7 @@ impl<'de> Deserialize<'de> for Attributes {
     }
 }
 
-/// Whether there is anything under a name, whatever it is.
+/// Whether there is any value under a name.
 fn present<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
     IgnoredAny::deserialize(deserializer).map(|_| true)
 }

@@ -1,21 +1,20 @@
-//! From the vertices and corners of a model to the vertices of glTF.
+//! Conversion of the vertices and corners of a model to vertices of glTF.
 
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::model::Model;
 use std::collections::HashMap;
 
-/// The vertices of glTF: a vertex of the model for every combination of texture coordinates and
-/// normal at it. The first combination keeps the number of the vertex, so that a mesh without
-/// seams keeps its numbering.
+/// The vertices of glTF: one for every combination of a vertex of the model, texture coordinates and normal. The first
+/// combination keeps the index of the vertex, so that a mesh without seams keeps its numbering.
 pub(super) struct Wedges {
     /// The vertex of the model and the corner that gives the attributes, if any.
     sources: Vec<(u32, u32)>,
-    /// For every corner of the model.
+    /// The glTF vertex of every corner of the model.
     of_corner: Vec<u32>,
 }
 
-/// The corner of a vertex that no face uses.
+/// Marks a vertex that no face uses.
 const NO_CORNER: u32 = u32::MAX;
 
 impl Wedges {
@@ -68,7 +67,7 @@ impl Wedges {
         self.sources.len()
     }
 
-    /// The vertex of the model that each is at, and the corner that it takes after.
+    /// The vertex of the model for each glTF vertex, and the corner that supplies its attributes.
     pub(super) fn sources(&self) -> impl Iterator<Item = (usize, Option<usize>)> + '_ {
         let corner = |corner: u32| (corner != NO_CORNER).then_some(corner as usize);
         self.sources.iter().map(move |&(vertex, from)| (vertex as usize, corner(from)))

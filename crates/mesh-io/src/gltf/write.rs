@@ -1,8 +1,8 @@
-//! Writing glTF: one mesh, a primitive per material, all of them sharing the vertices. Levels of
-//! detail are a mesh and a node each, the first node naming the others (`MSFT_lod`).
+//! Writing glTF: one mesh with a primitive per material; all primitives share the vertices. Each level of detail is a
+//! mesh and a node; the first node names the others (`MSFT_lod`).
 //!
-//! Neither the document nor the buffer is ever in memory as a whole: the document is written twice,
-//! the first time only to learn its length.
+//! Neither the document nor the buffer is ever in memory as a whole. The document is written twice, the first time only
+//! to determine its length.
 
 use super::level::{Column, Component, Level};
 use crate::decimal::Decimal;
@@ -29,7 +29,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 pub(crate) struct Levels<'a> {
     /// They share the materials and images of the first.
     pub(crate) models: Vec<&'a Model>,
-    /// For each the part of the screen that the object must cover for it to be shown.
+    /// For each level, the part of the screen that the object must cover for it to be shown.
     pub(crate) coverage: &'a [f64],
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn write_binary(
     Ok(plan.report())
 }
 
-/// Takes all it is given, or fails: the encoder of base64 goes wrong after a part of it.
+/// Writes all bytes or fails: the base64 encoder does not support partial writes.
 struct Whole<'w>(&'w mut dyn Write);
 
 impl Write for Whole<'_> {
@@ -97,7 +97,7 @@ impl Write for Whole<'_> {
     }
 }
 
-/// Counts what is written.
+/// Counts the written bytes.
 struct Length(u64);
 
 impl Write for Length {
@@ -111,18 +111,17 @@ impl Write for Length {
     }
 }
 
-/// What is to be written. The buffer has a view for every column of every level, one for all
-/// indices of the level, and one for every embedded image; an accessor belongs to every column and
-/// to every primitive.
+/// The structure of the output. The buffer has a view for every column of every level, one for all indices of the
+/// level, and one for every embedded image. Every column and every primitive has an accessor.
 struct Plan<'m> {
-    /// Those with faces.
+    /// The levels with faces.
     levels: Vec<Level<'m>>,
     coverage: Vec<f64>,
     offset: DVec3,
     materials: &'m [Material],
-    /// The images that have a content or a name, as far as materials may use them.
+    /// The images with content or a name that materials may use.
     images: Vec<&'m Image>,
-    /// For every image of the model its place among `images`.
+    /// For every image of the model, its index in `images`.
     image_places: Vec<Option<usize>>,
     buffer_length: u64,
 }
@@ -176,7 +175,7 @@ impl<'m> Plan<'m> {
         WriteReport { rounding, lost, ..WriteReport::default() }
     }
 
-    /// The parts of the buffer, each at a multiple of four bytes.
+    /// The parts of the buffer, each aligned to four bytes.
     fn views(&self) -> impl Iterator<Item = View<'_, 'm>> {
         let embedded = self.images.iter().filter_map(|image| match &image.data {
             ImageData::Bytes(bytes) => Some(Content::Image(bytes)),
@@ -210,7 +209,7 @@ impl<'m> Plan<'m> {
         let asset = json!({ "version": "2.0", "generator": generator });
         write!(writer, "{{\"asset\":{asset},\n\"scene\":0,\n")?;
         if self.levels.is_empty() {
-            // An empty mesh has no data, glTF allows no empty arrays, and not every reader a scene without nodes.
+            // An empty mesh has no data, glTF allows no empty arrays, and some readers reject a scene without nodes.
             return writeln!(writer, "\"scenes\":[{{\"nodes\":[0]}}],\n\"nodes\":[{{}}]}}");
         }
         writeln!(writer, "\"scenes\":[{{\"nodes\":[0]}}],")?;
@@ -369,13 +368,13 @@ impl Accessor<'_, '_> {
     }
 }
 
-/// Three numbers in all their digits, as some programs compare them with the buffer in 64 bits.
+/// Three numbers in all their digits, because some programs compare them with the buffer in 64 bits.
 fn triple(values: Vec3) -> String {
     let [x, y, z] = values.as_dvec3().to_array().map(Decimal);
     format!("[{x},{y},{z}]")
 }
 
-/// A member of the document that is a list, an item on every line.
+/// A list member of the document, with one item per line.
 fn list<T>(
     writer: &mut dyn Write,
     name: &str,
@@ -390,7 +389,7 @@ fn list<T>(
     writeln!(writer, "],")
 }
 
-/// The mesh of a level, whose accessors begin at `accessor`; it is moved on to the next level's.
+/// The mesh of a level. Its accessors start at `accessor`, which is advanced to the next level.
 fn mesh(
     writer: &mut dyn Write,
     level: &Level<'_>,
@@ -406,7 +405,7 @@ fn mesh(
     for (place, primitive) in level.primitives.iter().enumerate() {
         writer.write_all(if place == 0 { b"\n" } else { b",\n" })?;
         write!(writer, r#"{{"attributes":{attributes},"indices":{accessor}"#)?;
-        // The materials are those of the first level.
+        // All levels use the materials of the first level.
         if (primitive.material as usize) < materials {
             write!(writer, r#","material":{}"#, primitive.material)?;
         }
@@ -420,8 +419,8 @@ fn padded(length: u64) -> u64 {
     length.next_multiple_of(4)
 }
 
-/// What to subtract from the positions before rounding them to 32 bits: nothing when that is
-/// exact already or gains little, else the middle of the mesh, rounded so that 32 bits hold it.
+/// The offset of the positions before rounding to 32 bits: zero if rounding is exact or an offset gains little;
+/// otherwise the centre of the mesh, rounded to 32 bits.
 fn offset(positions: &[DVec3]) -> DVec3 {
     let exact = |p: &DVec3| p.as_vec3().as_dvec3() == *p;
     if positions.iter().all(exact) {
@@ -433,13 +432,13 @@ fn offset(positions: &[DVec3]) -> DVec3 {
     if center.abs().max_element() < 8.0 * extent {
         return DVec3::ZERO;
     }
-    // Whole numbers read the same in every program.
+    // Integers are read equally by every program.
     let rounded = center.round().as_vec3().as_dvec3();
     if (rounded - center).abs().max_element() <= extent.max(1.0) { rounded } else { DVec3::ZERO }
 }
 
 fn material(material: &Material, image_places: &[Option<usize>]) -> serde_json::Value {
-    // Beyond these bounds a document is not valid.
+    // Outside these bounds a document is invalid.
     let share = |value: f32, otherwise: f32| {
         if value.is_finite() { value.clamp(0.0, 1.0) } else { otherwise }
     };
@@ -471,7 +470,7 @@ fn material(material: &Material, image_places: &[Option<usize>]) -> serde_json::
     value
 }
 
-/// An image, whose bytes are in the buffer at `view` if it is embedded: it is then moved on.
+/// An image. If it is embedded, its bytes are in the buffer view `view`, which is then advanced.
 fn describe_image(image: &Image, view: &mut usize) -> serde_json::Value {
     let mut value = json!({});
     if !image.name.is_empty() {
@@ -495,7 +494,7 @@ fn describe_image(image: &Image, view: &mut usize) -> serde_json::Value {
     value
 }
 
-/// The name of a file as a URI: what has a meaning there is percent-encoded.
+/// The name of a file as a URI, with reserved characters percent-encoded.
 fn uri(name: &str) -> Cow<'_, str> {
     const PLAIN: &AsciiSet =
         &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'~').remove(b'/');
@@ -507,7 +506,7 @@ fn uri(name: &str) -> Cow<'_, str> {
     if has_scheme || name.starts_with("data:") {
         return Cow::Borrowed(name);
     }
-    // Material libraries from Windows have the folders apart so.
+    // Material libraries from Windows use this separator.
     utf8_percent_encode(&name.replace('\\', "/"), PLAIN).to_string().into()
 }
 

@@ -1,10 +1,10 @@
-//! Whose the files beside an OBJ file are.
+//! The ownership of the files beside an OBJ file.
 //!
-//! Nobody names the material library and the pictures that are written beside an OBJ file, so they
-//! replace nothing but their own kind. A library written here says so in its first line, with the
-//! name of the OBJ file and a checksum of all the lines that follow, and lists the pictures written
-//! with it and their checksums. A file is from an earlier run of the same output when all of that
-//! still holds; one that was changed since, or comes from elsewhere, is not replaced unless asked.
+//! Users do not name the material library and the pictures beside an OBJ file, so these files replace only files of
+//! earlier runs. The first line of a library written by this crate contains the name of the OBJ file and a checksum of
+//! the lines that follow; the library also lists the pictures written with it, with their checksums. A file is from an
+//! earlier run of the same output if all of this matches. A file that was changed since, or that has another origin, is
+//! replaced only on request.
 
 use crate::atomic::{Beside, prepare_unlinked};
 use crate::error::WriteError;
@@ -12,10 +12,10 @@ use std::fs::{self, File, Metadata};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// No line that is looked at here is longer.
+/// The longest line that is examined here.
 const LONGEST_LINE: u64 = 1 << 16;
 
-/// A checksum: 64-bit FNV-1a, which tells files apart but resists no one who wants it fooled.
+/// A checksum: 64-bit FNV-1a. It detects accidental changes, but not deliberate ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Checksum(u64);
 
@@ -45,7 +45,7 @@ impl std::fmt::Display for Checksum {
     }
 }
 
-/// Adds up what is written.
+/// Adds written bytes to the checksum.
 impl Write for Checksum {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.add(bytes);
@@ -57,7 +57,7 @@ impl Write for Checksum {
     }
 }
 
-/// The first line of the library that goes with the OBJ file of this name.
+/// The first line of the library for the OBJ file of this name.
 pub(super) fn first_line(output: &str, rest: Checksum) -> String {
     format!("# Material library of {output}, written by mesh-io, checksum {rest}")
 }
@@ -67,13 +67,13 @@ pub(super) fn picture_line(name: &str, content: Checksum) -> String {
     format!("# picture {content} {name}")
 }
 
-/// The library of an earlier run of the same output, if it is there as it was written.
+/// The library of an earlier run of the same output, if it is unchanged.
 pub(super) struct Earlier {
     pictures: Vec<String>,
 }
 
 impl Earlier {
-    /// Looks at the library at `path`; whatever keeps it from being read makes it someone else's.
+    /// Reads the library at `path`. If it cannot be read, it counts as a file of other origin.
     pub(super) fn find(path: &Path, output: &str) -> Option<Self> {
         if !fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file()) {
             return None;
@@ -99,26 +99,26 @@ impl Earlier {
         (first == first_line(output, rest)).then_some(Self { pictures })
     }
 
-    /// The line of the picture of this name, if it was written with the library.
+    /// The line of the picture with this name, if it was written with the library.
     pub(super) fn line_of(&self, name: &str) -> Option<&str> {
         let is_of = |line: &&String| line.splitn(4, ' ').nth(3) == Some(name);
         self.pictures.iter().find(is_of).map(String::as_str)
     }
 
-    /// Whether the picture of this name is as it was written with the library.
+    /// Whether the picture with this name is unchanged since it was written with the library.
     fn has_picture(&self, name: &str, content: Checksum) -> bool {
         self.pictures.contains(&picture_line(name, content))
     }
 }
 
-/// What may be done about companions of an earlier run, and of others.
+/// The companions of an output, and the rules for existing files.
 pub(super) struct Companions<'p> {
     folder: &'p Path,
     pub(super) earlier: Option<Earlier>,
     overwrite: bool,
-    /// The files that wait for their places.
+    /// The prepared files.
     pub(super) prepared: Vec<Beside>,
-    /// Where they are, and those that are there already with the same content.
+    /// Their paths, and the paths of existing files with the same content.
     pub(super) paths: Vec<PathBuf>,
 }
 
@@ -127,7 +127,7 @@ impl<'p> Companions<'p> {
         Self { folder, earlier, overwrite, prepared: Vec::new(), paths: Vec::new() }
     }
 
-    /// Prepares a picture, unless it is there already.
+    /// Prepares a picture, unless it exists already.
     pub(super) fn picture(&mut self, name: &str, bytes: &[u8]) -> Result<(), WriteError> {
         let path = self.folder.join(name);
         let old = there(&path)?;
@@ -166,7 +166,7 @@ impl<'p> Companions<'p> {
         Ok(())
     }
 
-    /// Whether a file may take the place of what is there.
+    /// Checks whether a file may replace an existing one.
     fn check(&self, path: &Path, old: Option<&Metadata>, ours: bool) -> Result<(), WriteError> {
         let Some(old) = old else { return Ok(()) };
         if !old.is_file() && !old.is_symlink() {
@@ -190,7 +190,7 @@ impl<'p> Companions<'p> {
     }
 }
 
-/// What is at a path, links not followed.
+/// The metadata of a path, without following links.
 fn there(path: &Path) -> Result<Option<Metadata>, WriteError> {
     match fs::symlink_metadata(path) {
         Ok(metadata) => Ok(Some(metadata)),

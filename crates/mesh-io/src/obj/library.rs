@@ -1,4 +1,4 @@
-//! Writing the material library and the pictures beside an OBJ file.
+//! Writing of the material library and the pictures beside an OBJ file.
 
 use super::companion::{Checksum, Companions, Earlier, first_line, picture_line};
 use super::material::named;
@@ -10,27 +10,27 @@ use crate::model::{Image, ImageData, Model};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What goes with an OBJ file.
+/// The companions of an OBJ file.
 #[derive(Default)]
 pub(crate) struct Library {
-    /// The names of the libraries that the file is to name.
+    /// The names of the libraries that the OBJ file refers to.
     pub(crate) names: Vec<String>,
-    /// The files that wait for their places.
+    /// The prepared files.
     pub(crate) prepared: Vec<Beside>,
-    /// Where they are.
+    /// Their paths.
     pub(crate) paths: Vec<PathBuf>,
-    /// The libraries that are there already and stay.
+    /// The existing libraries that stay unchanged.
     pub(crate) kept: Vec<PathBuf>,
 }
 
-/// Prepares what an OBJ file at `path` refers to.
+/// Prepares the files that an OBJ file at `path` refers to.
 ///
-/// Where the libraries that the model came with are all beside the target, they stay as they are:
-/// they may say more than a model holds. (Not so the one from an earlier run of the same output,
-/// which says no more.) So they do where nothing is known of the materials but their names.
-/// Otherwise `NAME.mtl` is written, for `NAME.obj`. Pictures in files keep their names, which are
-/// relative to the OBJ file; embedded ones are written as `NAME-0.png`, `NAME-1.jpg` and so on.
-/// Neither replaces a file of others unless `overwrite` is set; see [`super::companion`].
+/// If all libraries of the model exist beside the target, they stay unchanged, because they may contain more than a
+/// model holds. (A library from an earlier run of the same output contains no more, and is replaced.) Libraries also
+/// stay unchanged if only the names of the materials are known. Otherwise `NAME.mtl` is written for `NAME.obj`.
+/// Pictures in files keep their names, which are relative to the OBJ file; embedded pictures are written as
+/// `NAME-0.png`, `NAME-1.jpg` and so on. Files of other origin are replaced only if `overwrite` is set; see
+/// [`super::companion`].
 pub(crate) fn prepare_library(
     path: &Path,
     model: &Model,
@@ -38,7 +38,7 @@ pub(crate) fn prepare_library(
 ) -> Result<Library, WriteError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let output = one_line(&path.file_name().unwrap_or_default().to_string_lossy());
-    // The names have to stand in a line, and must not look as if they were in another folder.
+    // The names must fit on a line, and must not look like paths.
     let stem = one_line(&path.file_stem().unwrap_or_default().to_string_lossy());
     let stem = stem.replace(['\\', ':'], "_");
     let mut name = format!("{stem}.mtl");
@@ -62,7 +62,7 @@ pub(crate) fn prepare_library(
     for (index, image) in model.images.iter().enumerate() {
         references.push(match &image.data {
             ImageData::Uri(name) => {
-                // The output is its own input: what was written with it stays known as such.
+                // The output is its own input. Pictures written with it remain registered.
                 let line = companions.earlier.as_ref().and_then(|earlier| earlier.line_of(name));
                 pictures.extend(line.map(str::to_owned));
                 file_name(name)
@@ -90,7 +90,7 @@ pub(crate) fn prepare_library(
     Ok(Library { names: vec![name], prepared, paths, kept: Vec::new() })
 }
 
-/// The extension of an image's file.
+/// The file extension of an image.
 fn extension(image: &Image) -> &'static str {
     match image.media_type() {
         "image/png" => "png",

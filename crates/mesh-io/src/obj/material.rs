@@ -12,20 +12,19 @@ use crate::{Alpha, Image, ImageData, Material};
 use std::collections::{BTreeSet, HashSet};
 use std::fs::File;
 
-/// The memory that a material takes, beside its name.
+/// The memory of a material, in addition to its name.
 pub(super) const COST: u64 = size_of::<Material>() as u64 + 32;
 
-/// A file that names more libraries than this is not looked after any further.
+/// The largest number of libraries that are read.
 const MOST_LIBRARIES: usize = 1000;
 
-/// A material of which nothing but the name is known.
+/// A material without properties except its name.
 pub(super) fn named(name: String) -> Material {
     Material { name, ..Material::default() }
 }
 
-/// The materials of these names, with what the libraries say about them, and the pictures that these
-/// refer to. A library that is missing or may not be read is noted, no more: the mesh is whole
-/// without it.
+/// The materials with these names, with the data of the libraries, and the pictures that they refer to. A library that
+/// is missing or must not be read only causes a note, because the mesh is complete without it.
 pub(super) fn read_libraries(
     names: &Numbering,
     libraries: &[String],
@@ -41,7 +40,7 @@ pub(super) fn read_libraries(
         unread: BTreeSet::new(),
         notes,
     };
-    // A stream has no libraries beside it; that is no news.
+    // A stream has no libraries; this causes no note.
     let libraries = if files.folder.is_some() { libraries } else { &[] };
     let mut known = HashSet::new();
     for library in libraries.iter().take(MOST_LIBRARIES) {
@@ -90,14 +89,14 @@ struct Reader<'r> {
     materials: Vec<Material>,
     /// The names of the pictures.
     images: Numbering,
-    /// The material that the lines are about, if the mesh uses it.
+    /// The current material, if the mesh uses it.
     place: Option<u32>,
-    /// Keywords of the materials that are not read.
+    /// Keywords of the materials that are ignored.
     unread: BTreeSet<String>,
     notes: &'r mut Notes,
 }
 
-/// No more keywords than this are named.
+/// The largest number of keywords in a note.
 const MOST_KEYWORDS: usize = 20;
 
 impl Reader<'_> {
@@ -116,7 +115,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Takes a line; the memory that it takes. What makes no sense is passed over.
+    /// Processes a line and returns its memory. Invalid lines are skipped.
     fn line(&mut self, line: Line<'_>) -> u64 {
         let mut words = line.words();
         let keyword = words.next().unwrap_or_default();
@@ -183,24 +182,23 @@ fn color(words: Words<'_>) -> Option<[f32; 3]> {
     }
 }
 
-/// What follows `map_Kd`.
+/// The argument of `map_Kd`.
 struct Picture {
     /// The name of the file, with `/` between its parts.
     name: String,
-    /// Whether an option before it would make the picture look different.
+    /// Whether an option before it changes the appearance of the picture.
     changed: bool,
 }
 
 impl Picture {
-    /// Options begin with a hyphen and are followed by numbers or a word; the rest is the name, which
-    /// may have spaces.
+    /// Options start with a hyphen and are followed by numbers or a word. The rest is the name, which may contain
+    /// spaces.
     fn read(mut words: Words<'_>) -> Option<Self> {
         let mut changed = false;
         loop {
             let mut ahead = words.clone();
             let option = ahead.next()?.to_ascii_lowercase();
-            // How many arguments there may be, of which all but the first only if they are numbers,
-            // and the one that means nothing.
+            // The largest number of arguments, of which all except the first must be numbers, and the neutral argument.
             let (most, neutral) = match option.as_slice() {
                 b"-s" => (3, Some(1.0)),
                 b"-o" | b"-t" => (3, Some(0.0)),
@@ -214,7 +212,7 @@ impl Picture {
                 let mut next = ahead.clone();
                 let word = next.next().unwrap_or_default();
                 let value = number(word);
-                // A number at the very end is a name.
+                // A number at the end is a name.
                 if (argument > 0 && value.is_none()) || next.remainder().is_empty() {
                     break;
                 }

@@ -1,8 +1,7 @@
 //! Wavefront OBJ.
 //!
-//! Faces keep the vertices, the order and the polygons of the file; names of groups and materials
-//! are kept with or without a library; a corner may lack a texture coordinate or normal; an error
-//! names its line.
+//! Faces keep the vertices, the order and the polygons of the file. Names of groups and materials are kept with or
+//! without a library. A corner may lack a texture coordinate or normal. Errors name the line.
 
 mod companion;
 mod library;

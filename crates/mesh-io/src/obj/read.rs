@@ -32,7 +32,7 @@ pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, Re
     reader.finish(input, files)
 }
 
-/// Appends lines as long as the last one ends in a backslash.
+/// Appends lines while the last one ends in a backslash.
 pub(super) fn join_lines(joined: &mut Vec<u8>, input: &mut Input<'_>) -> Result<(), ReadErrorKind> {
     while joined.pop_if(|last| *last == b'\\').is_some() {
         joined.push(b' ');
@@ -44,7 +44,7 @@ pub(super) fn join_lines(joined: &mut Vec<u8>, input: &mut Input<'_>) -> Result<
     Ok(())
 }
 
-/// What has been read of the file.
+/// The content read so far.
 struct Reader {
     soup: PolygonSoup,
     /// Empty, or one per vertex; white where a vertex has no colour.
@@ -52,33 +52,32 @@ struct Reader {
     /// The texture coordinates and normals that the file lists.
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
-    /// Those of the corners; as far as the last face that has any.
+    /// The texture coordinates and normals of the corners, up to the last face that has any.
     corner_uvs: Option<Vec<[f32; 2]>>,
     corner_normals: Option<Vec<[f32; 3]>>,
     face_groups: Vec<u32>,
     face_materials: Vec<u32>,
     objects: Numbering,
     group_names: Numbering,
-    /// The object and the name of every group, and the other way round.
+    /// The object and the name of every group, and the inverse map.
     groups: Vec<[u32; 2]>,
     group_ids: HashMap<[u32; 2], u32, foldhash::fast::RandomState>,
     materials: Numbering,
     libraries: Numbering,
-    /// What the next face belongs to.
+    /// The object and group of the next face.
     object: u32,
     group_name: u32,
     group: u32,
     material: u32,
-    /// The face that is being read: its vertices, and which texture coordinates and normals they
-    /// have.
+    /// The current face: its vertices, and the indices of their texture coordinates and normals.
     face: Vec<u32>,
     face_uvs: Vec<u32>,
     face_normals: Vec<u32>,
     small_faces: u64,
-    /// The smoothing group of every face up to the last one in any, and that of the next face.
+    /// The smoothing group of every face up to the last face in a group, and the group of the next face.
     smoothing: Vec<u32>,
     smoothing_group: u32,
-    /// Lines that hold no part of a mesh, by their keyword.
+    /// The number of lines that contain no part of a mesh, by keyword.
     others: BTreeMap<String, u64>,
     notes: Notes,
 }
@@ -113,13 +112,13 @@ impl Reader {
             others: BTreeMap::new(),
             notes: Notes::default(),
         };
-        // What comes before the first object is in one without a name, and likewise for groups.
+        // Content before the first object is in an object without a name, and likewise for groups.
         reader.objects.number("");
         reader.group_names.number("");
         reader
     }
 
-    /// Takes a line of the file; the memory that it takes.
+    /// Processes a line of the file and returns its memory.
     fn line(&mut self, line: Line<'_>) -> Result<u64, ReadErrorKind> {
         let mut words = line.words();
         let Some(keyword) = words.next() else { return Ok(0) };
@@ -171,7 +170,7 @@ impl Reader {
         }
     }
 
-    /// Goes on with the group of the present object and name; the memory that it takes.
+    /// Switches to the group of the current object and name, and returns its memory.
     fn group(&mut self) -> u64 {
         let key = [self.object, self.group_name];
         let next = self.groups.len() as u32;
@@ -180,7 +179,7 @@ impl Reader {
             return 0;
         }
         self.groups.push(key);
-        // An entry in the list and in the table, and in the end the names in full.
+        // An entry in the list and in the table, and later the full names.
         let [object, name] = self.names(key).map(|name| name.len() as u64 + 16);
         GROWING * 32 + size_of::<Group>() as u64 + object + name
     }
@@ -197,7 +196,7 @@ impl Reader {
             self.colors.push(color.unwrap_or([1.0; 4]));
         }
         self.soup.push_vertex(position);
-        // Room for a colour too, whether there is one yet or not.
+        // Includes memory for a colour, whether or not there is one yet.
         Ok(GROWING * (24 + 16))
     }
 
@@ -218,7 +217,7 @@ impl Reader {
         }
         let first = self.soup.corners().len();
         self.soup.push_face(&self.face)?;
-        // Only where all corners have one does the face.
+        // A face has texture coordinates only if all corners do.
         if self.face_uvs.len() == self.face.len() {
             let uvs = self.face_uvs.iter().map(|&uv| self.uvs[uv as usize]);
             append(self.corner_uvs.get_or_insert_default(), first, [f32::NAN; 2], uvs);
@@ -291,10 +290,10 @@ impl Reader {
     }
 }
 
-/// A file with more different keywords than this has the others counted together.
+/// The largest number of keywords that are counted separately.
 const MOST_KEYWORDS: usize = 50;
 
-/// The number of a smoothing group, 0 for `off`. A name stands for group 1.
+/// The number of a smoothing group; 0 for `off`, and 1 for a name.
 fn smoothing_group(word: &[u8]) -> u32 {
     match word {
         b"" | b"off" | b"OFF" | b"Off" => 0,
@@ -303,7 +302,7 @@ fn smoothing_group(word: &[u8]) -> u32 {
     }
 }
 
-/// What the lines of a keyword hold, and why it is lost.
+/// The content of the lines with a keyword, and the reason for its loss.
 pub(super) fn lost_line(keyword: &str) -> (String, &'static str) {
     let name = match keyword {
         "l" => "lines",
@@ -350,7 +349,7 @@ pub(super) fn position(line: Line<'_>) -> Result<(DVec3, Option<[f32; 4]>), Read
     }
 }
 
-/// Appends values for the corners from `first` on; those before that have none get `fill`.
+/// Appends values for the corners from `first` on; earlier corners without values get `fill`.
 fn append<T: Copy>(all: &mut Vec<T>, first: usize, fill: T, values: impl Iterator<Item = T>) {
     all.resize(first, fill);
     all.extend(values);
@@ -360,7 +359,7 @@ fn cost_of_name(is_new: bool, name: &[u8]) -> u64 {
     if is_new { Numbering::COST + name.len() as u64 } else { 0 }
 }
 
-/// The numbers after the keyword, of which at least `least` must be there; more are ignored.
+/// The numbers after the keyword. At least `least` are required; surplus ones are ignored.
 fn floats<const N: usize>(line: Line<'_>, least: usize) -> Result<[f32; N], ReadErrorKind> {
     let mut values = [0.0; N];
     let mut words = line.words().skip(1);
@@ -377,8 +376,8 @@ fn floats<const N: usize>(line: Line<'_>, least: usize) -> Result<[f32; N], Read
     Ok(values)
 }
 
-/// The places of the vertex, the texture coordinate and the normal that `v/vt/vn` names; those that
-/// it names must have been given before.
+/// The indices of the vertex, the texture coordinate and the normal in `v/vt/vn`. The elements must have been defined
+/// before.
 pub(super) fn corner(
     line: Line<'_>,
     corner: &[u8],

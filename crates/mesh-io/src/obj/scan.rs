@@ -36,7 +36,7 @@ pub(crate) fn scan(
 }
 
 struct Scan<'n> {
-    /// How many vertices, texture coordinates and normals there are so far.
+    /// The numbers of vertices, texture coordinates and normals so far.
     counts: [usize; 3],
     face: Vec<u64>,
     small_faces: u64,

@@ -43,7 +43,7 @@ pub(crate) fn write(
             && materials[face] != material
         {
             material = materials[face];
-            // No material, which has no name, ends the one before.
+            // The absence of a material is written as an empty name, which ends the material before.
             let name = names.get(material as usize).map_or("", String::as_str);
             writeln!(writer, "usemtl {name}")?;
         }
@@ -92,7 +92,7 @@ fn write_vertices(writer: &mut dyn Write, model: &Model) -> std::io::Result<()> 
     Ok(())
 }
 
-/// The lines that lead from one group to another: an object forgets the group within it.
+/// The lines that switch from one group to another. A new object resets the group.
 fn write_group(writer: &mut dyn Write, model: &Model, from: u32, to: u32) -> std::io::Result<()> {
     let none = Group::default();
     let group = |id: u32| model.groups.get(id as usize).unwrap_or(&none);
@@ -107,10 +107,10 @@ fn write_group(writer: &mut dyn Write, model: &Model, from: u32, to: u32) -> std
     Ok(())
 }
 
-/// The different values among the corners, in the order of their first use.
+/// The distinct values of the corners, in the order of first use.
 struct Distinct<const N: usize> {
     values: Vec<[f32; N]>,
-    /// For every corner.
+    /// The index for every corner.
     indices: Vec<Option<u32>>,
 }
 

@@ -1,5 +1,5 @@
-//! Geomview's OFF: `[ST][C][N][4][n]OFF`, as text or big-endian binary; little-endian
-//! binary, which some libraries write, is read too.
+//! Geomview's OFF: `[ST][C][N][4][n]OFF`, as text or big-endian binary. Little-endian binary, which some libraries
+//! write, can be read as well.
 
 mod read;
 mod write;

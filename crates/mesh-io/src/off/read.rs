@@ -12,14 +12,14 @@ use crate::text::quote;
 use glam::DVec3;
 use mesh_core::PolygonSoup;
 
-/// What is said of places in a colour map.
+/// The note for indices into a colour map.
 const IN_COLOR_MAP: &str =
     "colours are places in a colour map that is not in the file: kept as numbers named color_index";
 
-/// How far ahead of the vertices the reader looks, in bytes.
+/// The number of bytes that the reader examines before the vertices.
 const LOOK_AHEAD: usize = 1 << 16;
 
-/// A line up to its comment, without white space around it.
+/// A line without its comment and surrounding white space.
 fn without_comment(line: &[u8]) -> &[u8] {
     line.split(|&byte| byte == b'#').next().unwrap_or_default().trim_ascii()
 }
@@ -28,7 +28,7 @@ fn numbers_in(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// Whether a line holds three numbers, as of a normal of unit length.
+/// Whether a line holds three numbers that form a unit vector.
 fn has_unit_length(line: &[u8]) -> bool {
     let numbers: Vec<f64> = numbers_in(line).filter_map(number).collect();
     numbers.len() == 3 && is_near_one(numbers.iter().map(|value| value * value).sum())
@@ -38,21 +38,21 @@ fn is_near_one(squared_length: f64) -> bool {
     (squared_length - 1.0).abs() < 0.01
 }
 
-/// The memory that a vertex takes, with everything that it may have.
+/// The memory of a vertex with all possible attributes.
 const VERTEX: u64 = 24 + GROWING * (12 + 16 + 8);
 
-/// The memory that a face takes, with a colour and texture coordinates.
+/// The memory of a face with a colour and texture coordinates.
 fn face_cost(corners: usize) -> u64 {
     GROWING * (8 + 16 + 12 * corners as u64)
 }
 
-/// What the header word announces for every vertex.
+/// The attributes of every vertex, as announced by the header word.
 #[derive(Clone, Copy, Debug, Default)]
 struct Header {
     uv: bool,
     color: bool,
     normal: bool,
-    /// A fourth coordinate, by which the others are divided.
+    /// A fourth coordinate, which divides the others.
     weight: bool,
     /// The number of coordinates is given before the counts.
     dimension: bool,
@@ -76,7 +76,7 @@ impl Header {
         if self.weight { 4 } else { 3 }
     }
 
-    /// The numbers per vertex, those of the colour left out.
+    /// The number of values per vertex, without the colour.
     fn without_color(self) -> usize {
         self.coordinates() + if self.normal { 3 } else { 0 } + if self.uv { 2 } else { 0 }
     }
@@ -110,17 +110,17 @@ struct Reader<'i, 'a> {
     uvs: Vec<[f32; 2]>,
     /// Faces of fewer than three corners.
     small_faces: u64,
-    /// The places of vertices in a colour map.
+    /// The indices of vertices into a colour map.
     vertex_places: Vec<i32>,
     /// Whether a vertex had more numbers than announced.
     surplus: bool,
     notes: Notes,
-    /// The order of the bytes of a binary file.
+    /// The byte order of a binary file.
     little_endian: bool,
 }
 
 impl Reader<'_, '_> {
-    /// Reads up to the counts, which binary files have elsewhere.
+    /// Reads up to the counts, whose position differs in binary files.
     fn header(&mut self) -> Result<[u32; 2], ReadErrorKind> {
         let line = self.input.data_line("OFF or the numbers of vertices and faces")?;
         let mut words = line.words();
@@ -187,7 +187,7 @@ impl Reader<'_, '_> {
         if let Some(colors) = &mut self.model.vertex_colors {
             to_unit_range(colors, fractions);
         }
-        // Some vertices have a place in a colour map, others a colour.
+        // Some vertices have an index into a colour map, others a colour.
         if self.model.vertex_colors.as_ref().is_some_and(|c| c.len() != vertices as usize) {
             self.model.vertex_colors = None;
             let why = "some vertices have a place in a colour map instead";
@@ -196,9 +196,9 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Takes back what the header word promises where the vertices do not have it. That is so when each
-    /// vertex has one line, and these lines have too few numbers. A vertex may also have its numbers on two
-    /// lines: the file has more lines then, and every second one is a normal of unit length.
+    /// Removes announced attributes that the vertices do not have: each vertex has one line, and these lines have too
+    /// few numbers. Vertices may also have their numbers on two lines. Then the file has more lines, and every second
+    /// line is a unit normal.
     fn drop_empty_promises(&mut self, vertices: u32, faces: u32) -> Result<(), ReadErrorKind> {
         let header = self.header;
         let coordinates = header.coordinates();
@@ -211,7 +211,7 @@ impl Reader<'_, '_> {
         let lines = window.split(|&byte| byte == b'\n' || byte == b'\r');
         let mut lines: Vec<&[u8]> = lines.map(without_comment).filter(|l| !l.is_empty()).collect();
         if !is_whole {
-            // The last line may go on.
+            // The last line may be incomplete.
             lines.pop();
         }
         let (vertices, faces) = (vertices as usize, faces as usize);
@@ -232,7 +232,8 @@ impl Reader<'_, '_> {
         let numbers: Vec<f64> = numbers_in(first).filter_map(number).collect();
         let rest = numbers.get(coordinates..).unwrap_or_default();
         let is_unit = rest.len() == 3 && is_near_one(rest.iter().map(|value| value * value).sum());
-        // Three numbers of unit length are a normal, other three or four a colour, two a texture coordinate.
+        // Three numbers of unit length are a normal; other groups of three or four are a colour; two are a texture
+        // coordinate.
         self.header.normal &= is_unit || (rest.len() == 3 && !header.color);
         self.header.color &= (3..=4).contains(&rest.len()) && !self.header.normal;
         self.header.uv &= rest.len() == 2;
@@ -255,7 +256,7 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Takes position, normal, colour and texture coordinate, in this order.
+    /// Reads position, normal, colour and texture coordinate, in this order.
     fn vertex(&mut self, numbers: &Numbers) -> Result<(), ReadErrorKind> {
         let all = numbers.values.as_slice();
         let header = self.header;
@@ -358,15 +359,14 @@ impl Reader<'_, '_> {
         self.faces_binary(faces, vertices)
     }
 
-    /// Whether the numbers of vertices and faces are written with the least significant byte first,
-    /// as OpenMesh does it, against the format: the file cannot hold what they are otherwise, or if
-    /// it can hold both, they fill less of it otherwise. Without the length of the file, the smaller
-    /// numbers are the right ones.
+    /// Whether the counts of vertices and faces are little-endian, as OpenMesh writes them, contrary to the format.
+    /// This is so if the file cannot hold the big-endian counts, or if it can hold both but the little-endian counts
+    /// fill it better. If the length of the file is unknown, the smaller counts are used.
     fn counts_are_little_endian(&self, counts: [u8; 12], vertex: u64) -> bool {
         let (words, _) = counts.as_chunks::<4>();
         let bytes = |read: fn([u8; 4]) -> u32| {
             let [vertices, faces] = [words[0], words[1]].map(|word| u64::from(read(word)));
-            // Five words for a triangle, one less without a number of colour components.
+            // Five words for a triangle, or four without a number of colour components.
             vertices.saturating_mul(vertex).saturating_add(faces.saturating_mul(8))
         };
         let (big, little) = (bytes(u32::from_be_bytes), bytes(u32::from_le_bytes));
@@ -422,11 +422,11 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Whether the number of colour components follows each face, as the format has it. OpenMesh
-    /// leaves it out; then the faces end where the file does without it.
+    /// Whether the number of colour components follows each face, as the format requires. OpenMesh omits it; then the
+    /// file ends exactly after the faces without it.
     fn says_colors(&mut self, faces: u32) -> Result<bool, ReadErrorKind> {
         let Some(rest) = self.input.rest_known() else { return Ok(true) };
-        // A face takes at least its number of corners; the window holds what is looked at.
+        // A face needs at least its number of corners; the window contains the examined bytes.
         self.input.spend(rest, || Location::Byte(0))?;
         let (words, odd) = self.input.peek(rest as usize)?.as_chunks::<4>();
         let mut place = 0_usize;
@@ -463,7 +463,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// The numbers of vertices and faces; that of edges may follow and is not needed.
+/// The numbers of vertices and faces. The number of edges may follow and is not used.
 fn read_counts(line: Line<'_>, skip: usize) -> Result<[u32; 2], ReadErrorKind> {
     let mut words = line.words().skip(skip);
     let mut counts = [0; 2];
@@ -479,7 +479,7 @@ fn read_counts(line: Line<'_>, skip: usize) -> Result<[u32; 2], ReadErrorKind> {
 struct Numbers {
     values: Vec<f64>,
     at: Location,
-    /// Which of the values were written with a fraction.
+    /// Whether each value was written with a decimal point.
     dotted: Vec<bool>,
 }
 
@@ -527,7 +527,7 @@ impl Numbers {
     }
 }
 
-/// A value as a whole number below `limit`.
+/// A value as an integer below `limit`.
 fn whole(value: f64, limit: u32, at: &Location, expected: &str) -> Result<u32, ReadErrorKind> {
     if value >= 0.0 && value < f64::from(limit) && value.fract() == 0.0 {
         Ok(value as u32)
@@ -544,8 +544,8 @@ fn read_color(values: &[f64]) -> Option<[f32; 4]> {
     }
 }
 
-/// Colours from 0 to 1: those without any fraction are meant from 0 to 255, unless none is above
-/// one. A colour without an opacity is opaque.
+/// Converts colours to 0 to 1. Colours written without any fraction are in the range 0 to 255, unless none is above 1.
+/// A colour without opacity is opaque.
 fn to_unit_range(colors: &mut [[f32; 4]], fractions: bool) {
     let bytes = !fractions && colors.as_flattened().iter().any(|&value| value > 1.0);
     for [channels @ .., opacity] in colors {
@@ -559,17 +559,17 @@ fn to_unit_range(colors: &mut [[f32; 4]], fractions: bool) {
     }
 }
 
-/// The colours of the faces, of which only some may have one.
+/// The colours of the faces; some faces may have none.
 #[derive(Default)]
 struct FaceColors {
     colors: Vec<[f32; 4]>,
     any: bool,
-    /// The places in a colour map, -1 for faces without one.
+    /// The indices into a colour map, -1 for faces without one.
     places: Vec<i32>,
 }
 
 impl FaceColors {
-    /// Takes what follows the corners of a face: a colour, or a place in a colour map that is not in the
+    /// Processes the values after the corners of a face: a colour, or an index into a colour map that is not in the
     /// file.
     fn push(&mut self, color: &[f64]) {
         let place = match *color {
@@ -582,7 +582,7 @@ impl FaceColors {
         self.colors.push(color.unwrap_or([f32::NAN; 4]));
     }
 
-    /// The colours, and the places in a colour map, where there are any.
+    /// The colours, and the indices into a colour map, if there are any.
     fn finish(mut self, fractions: bool) -> (Option<Vec<[f32; 4]>>, Option<Vec<i32>>) {
         to_unit_range(&mut self.colors, fractions);
         let has_places = self.places.iter().any(|&place| place >= 0);

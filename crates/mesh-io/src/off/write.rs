@@ -9,7 +9,7 @@ use crate::single::{finite_or, rounding};
 use crate::write_options::WriteReport;
 use std::io::Write;
 
-/// The word that says what every vertex has.
+/// The header word, which announces the attributes of every vertex.
 fn header_word(model: &Model, uvs: bool) -> String {
     let letters =
         [(uvs, "ST"), (model.vertex_colors.is_some(), "C"), (model.vertex_normals.is_some(), "N")];
@@ -48,7 +48,7 @@ pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteR
     Ok(WriteReport::default())
 }
 
-/// Colours as whole numbers to 255 where that is exact, as fractions otherwise.
+/// Colours as integers up to 255 if that is exact, as fractions otherwise.
 enum TextColors<'m> {
     None,
     Bytes(Vec<[u8; 4]>),
@@ -59,7 +59,7 @@ impl<'m> TextColors<'m> {
     fn new(colors: Option<&'m [[f32; 4]]>) -> Self {
         let Some(colors) = colors else { return Self::None };
         match as_bytes(colors) {
-            // Nothing but zeros and ones would read as fractions.
+            // Colours with only zeros and ones would be read as fractions.
             Some(bytes) if bytes.as_flattened().iter().any(|&byte| byte > 1) => Self::Bytes(bytes),
             _ => Self::Floats(colors),
         }
@@ -73,7 +73,7 @@ impl<'m> TextColors<'m> {
             }
             Self::Floats(colors) if !colors[index][0].is_nan() => {
                 let [r, g, b, a] = colors[index];
-                // The fractions tell them from whole numbers to 255.
+                // The decimal points distinguish them from integers up to 255.
                 write!(writer, " {r:?} {g:?} {b:?} {a:?}")
             }
             Self::None | Self::Floats(_) => Ok(()),

@@ -1,4 +1,4 @@
-//! What the properties of PLY vertices and faces mean, by their names.
+//! The meaning of the properties of PLY vertices and faces, by name.
 
 use super::header::{Element, Property, full_intensity, no_positions};
 use super::records::{Column, Record};
@@ -9,12 +9,12 @@ use crate::scalars::{ScalarType, ScalarValues, Scalars};
 use crate::text::quote;
 use glam::DVec3;
 
-/// What a property says about its vertex or face.
+/// The meaning of a property.
 #[derive(Clone, Copy, PartialEq)]
 enum Target {
     Position(usize),
     Normal(usize),
-    /// A channel, and the value that stands for one.
+    /// A channel, and the value of full intensity.
     Color(usize, f64),
     Uv(usize),
     /// One of the named numbers.
@@ -31,19 +31,19 @@ pub(super) const UVS: [[&str; 2]; 4] =
     [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
-/// The places of the single-valued properties of these names, when all of them are there.
+/// The indices of the single-valued properties with these names, if all of them exist.
 fn find_all<const N: usize>(element: &Element, names: [&str; N]) -> Option<[usize; N]> {
     let places = names
         .map(|name| element.properties.iter().position(|p| p.count.is_none() && p.name == name));
     places.iter().all(Option::is_some).then(|| places.map(Option::unwrap_or_default))
 }
 
-/// The places of the coordinates.
+/// The indices of the coordinates.
 pub(super) fn positions(element: &Element) -> Result<[usize; 3], ReadErrorKind> {
     find_all(element, POSITION).ok_or_else(|| no_positions(element))
 }
 
-/// Assigns colours and whatever remains; returns the names of the remaining numbers.
+/// Assigns colours and all remaining properties; returns the remaining ones as named numbers.
 fn assign_colors_and_scalars(element: &Element, targets: &mut [Target]) -> NamedNumbers {
     let full = |place: usize| full_intensity(element.properties[place].value);
     let color = COLORS.iter().zip(ALPHAS);
@@ -67,7 +67,7 @@ fn assign_colors_and_scalars(element: &Element, targets: &mut [Target]) -> Named
     scalars
 }
 
-/// The named numbers of an element as they are read, each in the type of its property.
+/// The named numbers of an element while it is read, each in the type of its property.
 #[derive(Default)]
 pub(super) struct NamedNumbers {
     columns: Vec<NamedColumn>,
@@ -87,7 +87,7 @@ impl NamedColumn {
         Self { name: property.name.clone(), declared: property.value, values, beyond: None }
     }
 
-    /// Sets a number of a record, in a wider type where the declared one cannot hold it.
+    /// Sets a number of a record. The column gets a wider type if the declared type cannot hold the number.
     fn set(&mut self, row: usize, value: f64, whole: Option<i128>) {
         if self.values.set(row, value, whole) {
             return;
@@ -115,7 +115,7 @@ impl NamedNumbers {
         self.columns.iter_mut().for_each(|column| column.values.resize(count));
     }
 
-    /// The bytes that the numbers of one record take, after a change of type if there is one.
+    /// The bytes of the numbers of one record, after a possible change of type.
     fn row(&self) -> u64 {
         8 * self.columns.len() as u64
     }
@@ -139,7 +139,7 @@ impl NamedNumbers {
     }
 }
 
-/// The attributes of the vertices as they are read.
+/// The attributes of the vertices while they are read.
 pub(super) struct VertexColumns {
     targets: Vec<Target>,
     positions: Vec<DVec3>,
@@ -147,7 +147,7 @@ pub(super) struct VertexColumns {
     colors: Option<Vec<[f32; 4]>>,
     uvs: Option<Vec<[f32; 2]>>,
     scalars: NamedNumbers,
-    /// The records before the block that is being read.
+    /// The number of records before the current block.
     done: usize,
 }
 
@@ -181,7 +181,7 @@ impl VertexColumns {
         })
     }
 
-    /// Makes room for so many vertices.
+    /// Reserves memory for this many vertices.
     pub(super) fn reserve(&mut self, room: usize) {
         self.positions.reserve_exact(room);
         if let Some(normals) = &mut self.normals {
@@ -205,7 +205,7 @@ impl VertexColumns {
             + self.scalars.row()
     }
 
-    /// Makes room for a block of records, to be filled by `set_block`.
+    /// Extends the columns by a block of records, to be filled by `set_block`.
     pub(super) fn grow(&mut self, records: usize) {
         self.done = self.positions.len();
         let count = self.done + records;
@@ -222,7 +222,7 @@ impl VertexColumns {
         self.scalars.resize(count);
     }
 
-    /// Takes the values of a property for the records last made room for.
+    /// Sets the values of a property for the current block.
     pub(super) fn set_block(&mut self, property: usize, column: Column<'_>) {
         let done = self.done;
         match (self.targets[property], &mut self.normals, &mut self.colors, &mut self.uvs) {
@@ -249,7 +249,7 @@ impl VertexColumns {
         }
     }
 
-    /// Takes one record.
+    /// Adds one record.
     pub(super) fn push(&mut self, record: &Record) {
         self.grow(1);
         let row = self.done;
@@ -268,7 +268,7 @@ impl VertexColumns {
         }
     }
 
-    /// Moves everything into the model, save the texture coordinates, which wait for the corners.
+    /// Moves everything into the model, except the texture coordinates, which are needed for the corners.
     pub(super) fn store(self, model: &mut Model, notes: &mut Notes) -> Option<Vec<[f32; 2]>> {
         *model.soup.positions_mut() = self.positions;
         model.vertex_normals = self.normals;
@@ -278,12 +278,12 @@ impl VertexColumns {
     }
 }
 
-/// A colour from 0 to 1; written so that eight-bit values come out as everywhere in the crate.
+/// A colour from 0 to 1. The formula gives the same values for eight-bit colours as the rest of the crate.
 fn intensity(value: f64, full: f64) -> f32 {
     value as f32 / full as f32
 }
 
-/// The attributes of the faces as they are read.
+/// The attributes of the faces while they are read.
 pub(super) struct FaceColumns {
     indices: usize,
     /// The list of two texture coordinates per corner.
@@ -292,12 +292,12 @@ pub(super) struct FaceColumns {
     uvs: Vec<[f32; 2]>,
     colors: Option<Vec<[f32; 4]>>,
     scalars: NamedNumbers,
-    /// The faces so far.
+    /// The number of faces so far.
     count: usize,
 }
 
 impl FaceColumns {
-    /// Nothing when the element has no list of vertex indices.
+    /// `None` if the element has no list of vertex indices.
     pub(super) fn new(element: &Element) -> Option<Self> {
         let list = |names: &[&str]| {
             let is = |p: &Property| p.count.is_some() && names.contains(&p.name.as_str());
@@ -316,18 +316,17 @@ impl FaceColumns {
         })
     }
 
-    /// The bytes of a face of so many corners, with texture coordinates of the corners or of their
-    /// vertices.
+    /// The bytes of a face with this many corners, with texture coordinates of the corners or of their vertices.
     pub(super) fn row(&self, corners: usize) -> u64 {
         12 * corners as u64 + 4 + 16 + self.scalars.row()
     }
 
-    /// The places of the lists that are read.
+    /// The indices of the lists that are read.
     pub(super) fn lists(&self) -> Vec<usize> {
         std::iter::once(self.indices).chain(self.uv_list).collect()
     }
 
-    /// The place of the list of vertex indices.
+    /// The index of the list of vertex indices.
     pub(super) fn index_list(&self) -> usize {
         self.indices
     }
@@ -336,7 +335,7 @@ impl FaceColumns {
         &record.lists[self.indices]
     }
 
-    /// Takes the attributes of a face.
+    /// Adds the attributes of a face.
     pub(super) fn push(&mut self, record: &Record, corners: usize) {
         if let Some(list) = self.uv_list {
             let (pairs, rest) = record.lists[list].as_chunks::<2>();

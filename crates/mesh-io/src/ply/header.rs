@@ -6,7 +6,7 @@ use crate::input::{Input, Line, integer};
 use crate::scalars::ScalarType;
 use crate::text::quote;
 
-/// How the values are stored.
+/// The storage of the values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Storage {
     Text,
@@ -14,7 +14,7 @@ pub(super) enum Storage {
     BigEndian,
 }
 
-/// The type of a word in a header. The types of 64-bit integers are an extension.
+/// The type with this name in a header. 64-bit integers are an extension.
 fn parse_type(word: &[u8]) -> Option<ScalarType> {
     Some(match word {
         b"char" | b"int8" => ScalarType::I8,
@@ -31,8 +31,8 @@ fn parse_type(word: &[u8]) -> Option<ScalarType> {
     })
 }
 
-/// The value that stands for full intensity in a colour of this type. Only bytes tell their range: other
-/// types are taken from 0 to 1 here, and divided when all colours are known.
+/// The value of full intensity in a colour of this type. Only bytes have a known range. Other types are assumed to be
+/// from 0 to 1 here, and are divided when all colours are known.
 pub(super) fn full_intensity(kind: ScalarType) -> f64 {
     match kind {
         ScalarType::U8 => 255.0,
@@ -41,7 +41,7 @@ pub(super) fn full_intensity(kind: ScalarType) -> f64 {
     }
 }
 
-/// A property of an element: one value, or a list of values behind their number.
+/// A property of an element: one value, or a list of values preceded by their number.
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub name: String,
@@ -50,18 +50,18 @@ pub(super) struct Property {
     pub count: Option<ScalarType>,
 }
 
-/// A kind of records.
+/// A kind of record.
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub name: String,
     pub count: u64,
     pub properties: Vec<Property>,
-    /// The line of the header that declares it.
+    /// The header line that declares it.
     pub line: u64,
 }
 
 impl Element {
-    /// The bytes of a record whose lists are all empty.
+    /// The bytes of a record with empty lists.
     pub(super) fn least_bytes(&self, storage: Storage) -> u64 {
         match storage {
             // A digit and a separator.
@@ -78,7 +78,7 @@ impl Element {
 pub(super) struct Header {
     pub storage: Storage,
     pub elements: Vec<Element>,
-    /// The pictures that comments name, as MeshLab writes them.
+    /// The pictures named in comments, as MeshLab writes them.
     pub textures: Vec<String>,
 }
 
@@ -130,7 +130,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
                 return Err(line.unexpected(expected, other));
             }
         }
-        // The line itself, and what an element or property takes here and when it is read.
+        // The line itself, and the memory of an element or property here and while it is read.
         let length = line.text.len() as u64;
         input.spend_on_line(length + GROWING * size_of::<Element>() as u64 + 128)?;
     }

@@ -1,4 +1,4 @@
-//! Writing PLY from vertices and faces that pass by.
+//! Writing PLY from streamed vertices and faces.
 
 use super::write::{Binary, Text, Values, header_of_passing};
 use crate::error::WriteError;

@@ -1,8 +1,8 @@
 //! Reading PLY.
 //!
-//! Vertices of fixed size are decoded a property at a time over a block of records, so that the
-//! type of a property is looked at once per block; faces that are one list of indices have a path
-//! of their own. Everything else goes record by record.
+//! Vertices of fixed size are decoded one property at a time over a block of records, so that the type of a property is
+//! examined once per block. Faces that consist of one index list have their own fast path. All other elements are read
+//! record by record.
 
 use super::columns::{FaceColumns, VertexColumns};
 use super::header::{self, Element, Storage};
@@ -17,15 +17,15 @@ use crate::text::quote;
 use crate::{Image, ImageData, Material, Model};
 use mesh_core::PolygonSoup;
 
-/// Why elements without indices are lost.
+/// The reason why elements without indices are lost.
 const NO_INDICES: &str = "there is no list of vertex indices, vertex_indices or vertex_index";
 
-/// Bytes decoded at a time.
+/// The number of bytes that are decoded together.
 const BLOCK: usize = 1 << 15;
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     let header = header::read(input)?;
-    // Faces may come before the vertices that they refer to.
+    // Faces may come before their vertices.
     let vertex_count = header.elements.iter().find(|e| e.name == "vertex").map_or(0, |e| e.count);
     let mut reader = Reader {
         input,
@@ -84,7 +84,7 @@ impl Reader<'_, '_> {
         let at = || Location::Line(element.line);
         self.input.require(columns.row().saturating_mul(room as u64), at)?;
         columns.reserve(room);
-        // There is room for as many as the file can hold; else the lists grow.
+        // If memory for all records is reserved, the lists do not grow.
         let cost = columns.row() * if room as u64 == element.count { 1 } else { GROWING };
         if self.storage == Storage::Text || element.has_lists() {
             each_record(self.input, self.storage, element, |record| {
@@ -98,7 +98,7 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Records of fixed size, a block of them at a time.
+    /// Records of fixed size, in blocks.
     fn fixed_records(
         &mut self,
         element: &Element,
@@ -165,12 +165,12 @@ impl Reader<'_, '_> {
 
     fn reserve_faces(&mut self, faces: usize) {
         let positions = std::mem::take(self.model.soup.positions_mut());
-        // Triangles, unless the file has another mix.
+        // The capacity assumes triangles.
         self.model.soup = PolygonSoup::with_capacity(0, faces, faces.saturating_mul(3));
         *self.model.soup.positions_mut() = positions;
     }
 
-    /// Names the lists that are not read. `used` are the places of the lists that are read.
+    /// Names the lists that are not read. `used` are the indices of the lists that are read.
     fn note_lists(&mut self, element: &Element, used: &[usize]) {
         for (place, property) in element.properties.iter().enumerate() {
             if property.count.is_some() && !used.contains(&place) && element.count > 0 {
@@ -189,7 +189,7 @@ impl Reader<'_, '_> {
         self.notes.lose_some("faces of fewer than three corners", count, "a face needs three");
     }
 
-    /// Faces that are nothing but a `list uchar int`.
+    /// Faces that consist of one `list uchar int`.
     fn index_lists(&mut self, count: u64) -> Result<(), ReadErrorKind> {
         const LONGEST: usize = 1 + 4 * u8::MAX as usize;
         let decode = match self.storage {
@@ -238,8 +238,8 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Triangle strips: every vertex from the third on makes a triangle with the two before, every
-    /// other one turned over; -1 begins a new strip.
+    /// Triangle strips: every vertex from the third on forms a triangle with the two before, with alternating
+    /// orientation; -1 starts a new strip.
     fn strips(&mut self, element: &Element) -> Result<(), ReadErrorKind> {
         let Some(columns) = FaceColumns::new(element) else {
             self.notes.lose_some("triangle strips", element.count, NO_INDICES);
@@ -281,8 +281,8 @@ impl Reader<'_, '_> {
         Ok(self.model)
     }
 
-    /// Makes a material of every picture that the header names. Which of them a face has is its
-    /// `texnumber`; the first where the faces have no such number.
+    /// Makes a material of every picture named in the header. The property `texnumber` gives the material of a face;
+    /// without it, all faces have the first.
     fn textures(&mut self, textures: Vec<String>) -> Result<(), ReadErrorKind> {
         let Some(first) = textures.first() else { return Ok(()) };
         if self.model.corner_uvs.is_none() {

@@ -27,15 +27,15 @@ macro_rules! by_type {
 pub(super) struct Record {
     /// One entry per property; zero for a list.
     pub values: Vec<f64>,
-    /// One entry per property: the value of an integer that 64-bit floating point may round.
+    /// One entry per property: the exact value of an integer that 64-bit floating point may round.
     pub wholes: Vec<Option<i128>>,
     /// One entry per property; empty for a single value.
     pub lists: Vec<Vec<f64>>,
-    /// Where the record begins.
+    /// The location of the record.
     pub at: Location,
 }
 
-/// Decodes every record of an element in turn; `visit` says how much memory it takes of the model.
+/// Decodes every record of an element in order; `visit` returns the memory that it adds to the model.
 pub(super) fn each_record(
     input: &mut Input<'_>,
     storage: Storage,
@@ -95,7 +95,7 @@ fn read_binary(
     Ok(())
 }
 
-/// A value, and its whole number where the value is rounded.
+/// A value, and the exact integer if the value is rounded.
 fn scalar(
     input: &mut Input<'_>,
     kind: ScalarType,
@@ -171,13 +171,13 @@ fn read_line(
     Ok(())
 }
 
-/// One property of a block of records of the same size.
+/// One property of a block of equally sized records.
 #[derive(Clone, Copy)]
 pub(super) struct Column<'b> {
     pub block: &'b [u8],
     /// The size of a record.
     pub stride: usize,
-    /// Where in a record the property begins.
+    /// The offset of the property in a record.
     pub offset: usize,
     pub kind: ScalarType,
     pub big_endian: bool,
@@ -203,7 +203,7 @@ impl Column<'_> {
         by_type!(self.kind, decode);
     }
 
-    /// Puts every value into a column of the same type, from the row `first` on.
+    /// Stores every value in a column of the same type, from row `first` on.
     pub(super) fn fill(self, values: &mut ScalarValues, first: usize) {
         macro_rules! fill {
             ($rows:expr, $number:ty) => {{

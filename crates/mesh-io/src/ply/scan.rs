@@ -57,7 +57,7 @@ pub(crate) fn scan(
     Ok(flow)
 }
 
-/// Ends the reading of records early; never seen outside.
+/// The error that ends the reading of records early; never visible outside.
 fn stopped() -> ReadErrorKind {
     ReadErrorKind::Io(std::io::ErrorKind::Interrupted.into())
 }

@@ -48,7 +48,7 @@ fn length(long_lists: bool) -> &'static str {
     if long_lists { "uint" } else { "uchar" }
 }
 
-/// The header of a file whose vertices and faces pass by.
+/// The header of a file with streamed vertices and faces.
 pub(super) fn header_of_passing(
     writer: &mut dyn Write,
     passing: &Passing,
@@ -72,7 +72,7 @@ pub(super) fn header_of_passing(
     writeln!(writer, "property list {} int vertex_indices\nend_header", length(long_lists))
 }
 
-/// Where texture coordinates go.
+/// The storage of texture coordinates.
 enum Uvs<'m> {
     None,
     /// One per vertex: all corners at a vertex agree.
@@ -81,7 +81,7 @@ enum Uvs<'m> {
     Corner(&'m [[f32; 2]]),
 }
 
-/// What to write, and how wide.
+/// The output structure, and the widths of numbers.
 struct Plan<'m> {
     model: &'m Model,
     wide_positions: bool,
@@ -228,7 +228,7 @@ impl<'m> Plan<'m> {
         corners.iter().try_for_each(|&vertex| values.u32(vertex))?;
         if let Uvs::Corner(uvs) = &self.uvs {
             let uvs = &uvs[model.soup.corner_range(face)];
-            // Faces without any have a list without anything.
+            // Faces without texture coordinates have an empty list.
             let uvs = if uvs.iter().any(are_finite) { uvs } else { &[] };
             self.count(2 * uvs.len(), values)?;
             let mut all = uvs.iter().flat_map(|&uv| finite_or(uv, 0.0));
@@ -264,8 +264,8 @@ fn is_wide(mut values: impl Iterator<Item = f64>, precision: Precision) -> bool 
     }
 }
 
-/// The type that a column is written in. Whole numbers keep theirs; so does floating point, unless the
-/// precision says otherwise.
+/// The type of a written column. Integers keep their type, and so does floating point unless the precision option says
+/// otherwise.
 fn type_of(values: &ScalarValues, precision: Precision) -> ScalarType {
     match (values, precision) {
         (ScalarValues::F64(_), Precision::Single) => ScalarType::F32,
@@ -274,7 +274,7 @@ fn type_of(values: &ScalarValues, precision: Precision) -> ScalarType {
     }
 }
 
-/// Puts a number of a column, in the type that the column is written in.
+/// Writes a number of a column, in the type of the column.
 fn scalar(
     values: &mut impl Values,
     column: &ScalarValues,
@@ -291,7 +291,7 @@ fn scalar(
     }
 }
 
-/// What an element has besides named numbers.
+/// The attributes of an element, without named numbers.
 #[derive(Clone, Copy, Default)]
 struct Has {
     positions: bool,
@@ -301,8 +301,8 @@ struct Has {
 }
 
 impl Has {
-    /// The names of the numbers, as one word each. They differ from each other and from those of
-    /// everything else, and no three of them make a colour or the like.
+    /// The names of the numbers, each as one word. They are unique, differ from the names of all other properties, and
+    /// do not form a colour or similar group by accident.
     fn scalar_names(self, scalars: &[Scalars]) -> Vec<String> {
         const LISTS: [&str; 3] = ["vertex_indices", "vertex_index", "texcoord"];
         let words: Vec<String> = scalars.iter().map(|scalars| one_word(&scalars.name)).collect();
@@ -325,7 +325,7 @@ impl Has {
     }
 }
 
-/// A name without white space, of which PLY has no notion, and without what begins a comment.
+/// A name without white space, which PLY does not support, and without the start of a comment.
 fn one_word(name: &str) -> String {
     let unfit = |c: char| c.is_whitespace() || c.is_control();
     let word = name.replace(unfit, "_");
@@ -336,9 +336,9 @@ fn one_word(name: &str) -> String {
     }
 }
 
-/// Where values go, one after another.
+/// The destination of a sequence of values.
 pub(super) trait Values {
-    /// A number by its bytes, the least significant first, and by its text.
+    /// Writes a number, given by its bytes in little-endian order and by its text.
     fn number(&mut self, bytes: &mut [u8], text: &dyn std::fmt::Display) -> std::io::Result<()>;
     fn u8(&mut self, value: u8) -> std::io::Result<()>;
     fn u32(&mut self, value: u32) -> std::io::Result<()>;
@@ -378,8 +378,8 @@ impl Values for Text<'_> {
     }
 
     fn float(&mut self, value: f64, wide: bool) -> std::io::Result<()> {
-        // Readers may take the text of a number for one of 64 bits, this one does: where 32 bits hold
-        // the number exactly, its text has the digits for that.
+        // Readers may parse a number as 64 bits, as this one does. If 32 bits hold the number exactly, its text has all
+        // digits.
         let narrow = value as f32;
         if wide || f64::from(narrow) == value {
             self.word(Decimal(value))

@@ -1,17 +1,17 @@
 //! Colours of the facets of binary STL, in the two bytes after the corners.
 //!
-//! Both conventions have five bits per channel. VisCAM and SolidView set the highest bit where a facet
-//! has a colour, and have blue in the lowest bits. Magics clears the highest bit there, has red in the
-//! lowest bits, and writes the colour of all other facets into the header, after `COLOR=`.
+//! Both conventions have five bits per channel. VisCAM and SolidView set the highest bit if a facet has a colour, and
+//! store blue in the lowest bits. Magics clears the highest bit if a facet has a colour, stores red in the lowest bits,
+//! and writes the colour of all other facets into the header, after `COLOR=`.
 
 use crate::color::from_bytes;
 
-/// What the header says before the colour of the whole object.
+/// The keyword in the header before the colour of the whole object.
 const KEYWORD: &[u8] = b"COLOR=";
-/// The bit that tells whether a facet has a colour of its own.
+/// The bit that tells whether a facet has its own colour.
 const FLAG: u16 = 1 << 15;
 
-/// Where the colours of facets are.
+/// The convention for colours of facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -23,23 +23,23 @@ pub enum StlColors {
     Magics,
 }
 
-/// How the colours of a file are to be read.
+/// The convention for reading colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Convention {
     Viscam,
-    /// With the colour of the facets that have none of their own.
+    /// The convention of Magics, with the colour of the facets without their own.
     Magics([f32; 4]),
 }
 
 impl Convention {
-    /// Tells the convention by the header.
+    /// Detects the convention from the header.
     pub(super) fn of(header: &[u8]) -> Self {
         let place = header.windows(KEYWORD.len()).position(|window| window == KEYWORD);
         let color = place.and_then(|place| header.get(place + KEYWORD.len()..)?.first_chunk::<4>());
         color.map_or(Self::Viscam, |&color| Self::Magics(from_bytes(color)))
     }
 
-    /// The colour of a facet by its two bytes; `None` for a facet without any.
+    /// The colour of a facet from its two bytes; `None` for a facet without colour.
     pub(super) fn color(self, attribute: u16) -> Option<[f32; 4]> {
         let channel = |shift: u32| {
             let five = f32::from((attribute >> shift) & 31);
@@ -56,7 +56,7 @@ impl Convention {
 }
 
 impl StlColors {
-    /// The two bytes of a facet with this colour, or without one if it is NaN.
+    /// The two bytes of a facet with this colour; NaN means no colour.
     pub(super) fn attribute(self, color: [f32; 4]) -> u16 {
         let [r, g, b] = [color[0], color[1], color[2]]
             .map(|value| (value.clamp(0.0, 1.0) * 31.0).round() as u16);
@@ -68,7 +68,7 @@ impl StlColors {
         }
     }
 
-    /// What the header of a file with colours says.
+    /// The header of a file with colours.
     pub(super) fn header(self) -> &'static [u8] {
         match self {
             Self::Viscam => b"binary STL",

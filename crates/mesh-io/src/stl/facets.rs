@@ -1,4 +1,4 @@
-//! The facets of STL, as text or binary, before anybody looks at them.
+//! The facets of text or binary STL, before any interpretation.
 
 use crate::error::{Location, ReadErrorKind};
 use crate::format::is_binary_stl;
@@ -6,12 +6,12 @@ use crate::input::{Input, Line, Words, number};
 use glam::DVec3;
 
 pub(super) const HEADER: u64 = 80;
-/// A normal, three corners, and two bytes for whatever the writer likes.
+/// The bytes of a facet: a normal, three corners, and two bytes for free use.
 pub(super) const FACET: usize = 50;
-/// Where in a facet the corners are.
+/// The range of the corners in a facet.
 pub(super) const CORNERS: std::ops::Range<usize> = 12..48;
 
-/// Whether the file is a text one.
+/// Whether the file is text.
 pub(super) fn is_text(input: &mut Input<'_>, size: Option<u64>) -> Result<bool, ReadErrorKind> {
     let head = input.peek(512)?;
     let text = head.trim_ascii_start();
@@ -31,25 +31,25 @@ pub(super) fn corners_of(facet: &[u8; FACET]) -> [DVec3; 3] {
     corners
 }
 
-/// What a text file is made of.
+/// A part of a text file.
 pub(super) enum Part<'p> {
-    /// The name of the solid that begins.
+    /// The name of a solid that starts.
     Solid(String),
     /// The corners of a facet, three or more.
     Facet(&'p [DVec3]),
 }
 
-/// Finds the parts of a text file in its lines.
+/// Finds the parts of a text file from its lines.
 #[derive(Default)]
 pub(super) struct Facets {
     within_solid: bool,
     within_facet: bool,
-    /// The corners of the facet that is being read.
+    /// The corners of the current facet.
     corners: Vec<DVec3>,
 }
 
 impl Facets {
-    /// Keywords in any case, usually but not necessarily one to a line.
+    /// Processes a line. Keywords may be in any case, and there may be several on a line.
     pub(super) fn line(
         &mut self,
         line: Line<'_>,
@@ -72,7 +72,7 @@ impl Facets {
                         return Err(line.unexpected("endfacet", word));
                     }
                     self.corners.clear();
-                    // The word "normal" and its numbers, which are not needed.
+                    // The word "normal" and its numbers are ignored.
                     words.by_ref().take(4).for_each(drop);
                 }
                 b"vertex" => self.vertex(line, &mut words)?,

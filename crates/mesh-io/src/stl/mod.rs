@@ -1,8 +1,8 @@
 //! Stereolithography: triangles without shared vertices, as text or binary.
 //!
-//! A facet repeats the positions of its corners. Reading makes equal positions one vertex (0 and
-//! -0 are equal), for without that the file says nothing about which triangles are neighbours.
-//! The normals in the file are ignored; writing computes them.
+//! A facet repeats the positions of its corners. The reader welds equal positions (0 and -0 are equal), because
+//! otherwise the adjacency of triangles would be unknown. The normals in the file are ignored; the writer computes
+//! them.
 
 mod color;
 mod facets;

@@ -1,4 +1,4 @@
-//! Writing STL from faces that pass by.
+//! Writing STL from streamed faces.
 
 use super::write::{WITHOUT_COLORS, binary_facet, binary_head, text_facet};
 use crate::cutter::Cutter;

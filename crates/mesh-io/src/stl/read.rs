@@ -12,16 +12,16 @@ use glam::DVec3;
 use mesh_core::{PolygonSoup, soup::TooManyCorners};
 use std::collections::HashMap;
 
-/// The memory that a vertex takes, its entry in the table of positions included.
+/// The memory of a vertex, including its entry in the table of positions.
 const VERTEX: u64 = GROWING * (24 + 40);
-/// The memory that a facet takes, its vertices left out.
+/// The memory of a facet, without its vertices.
 const FACE: u64 = GROWING * (20 + 16);
 
 pub(crate) fn read(input: &mut Input<'_>, size: Option<u64>) -> Result<Model, ReadErrorKind> {
     if is_text(input, size)? { read_text(input) } else { read_binary(input) }
 }
 
-/// Makes equal positions one vertex, numbered in the order of their first use.
+/// Welds equal positions, numbered in the order of first use.
 #[derive(Default)]
 struct Weld {
     soup: PolygonSoup,
@@ -46,7 +46,7 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     let at = input.here();
     let count = u32::from_le_bytes(input.array("the number of facets")?);
     let room = input.plausible(u64::from(count), FACET as u64, at.clone(), "facets")?;
-    // Two faces for a vertex, as reserved here.
+    // Two faces per vertex, as reserved here.
     input.require((VERTEX / GROWING + 2 * FACE / GROWING) * (room as u64 / 2), || at)?;
     let mut weld = Weld {
         // A closed mesh has half as many vertices as faces.
@@ -77,12 +77,12 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     Ok(model)
 }
 
-/// The colours of the facets, kept from the first facet on that has one.
+/// The colours of the facets, stored from the first facet with a colour on.
 #[derive(Default)]
 struct FacetColors {
     colors: Vec<[f32; 4]>,
     count: usize,
-    /// The facets whose two bytes are not zero and no colour.
+    /// The number of facets whose two bytes are neither zero nor a colour.
     others: u64,
 }
 
@@ -109,7 +109,7 @@ impl FacetColors {
     }
 }
 
-/// The colour of a facet without one.
+/// The colour of a facet without colour.
 const NO_COLOR: [f32; 4] = [f32::NAN; 4];
 
 fn read_text(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
@@ -117,7 +117,7 @@ fn read_text(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     let mut facets = Facets::default();
     while let Some(line) = input.line()? {
         let before = reader.weld.soup.vertex_count();
-        // A facet has three numbers for each corner, a solid a name.
+        // A facet has three numbers for each corner; a solid has a name.
         let cost = GROWING * 8 * line.text.len() as u64;
         facets.line(line, &mut |part| reader.take(part))?;
         let vertices = reader.weld.soup.vertex_count() - before;
@@ -150,7 +150,7 @@ impl TextReader {
 
     fn finish(self) -> Model {
         let mut model = Model::from(self.weld.soup);
-        // A single solid without a name tells nothing.
+        // A single solid without a name gives no information.
         if self.groups.len() > 1 || self.groups.iter().any(|group| !group.name.is_empty()) {
             model.groups = self.groups;
             model.face_groups = Some(self.face_groups);

@@ -42,7 +42,7 @@ pub(crate) fn write_binary(
     Ok(report(model))
 }
 
-/// What a binary file begins with.
+/// Writes the start of a binary file.
 pub(super) fn binary_head(
     writer: &mut dyn Write,
     count: u64,
@@ -54,7 +54,7 @@ pub(super) fn binary_head(
         limit: u64::from(u32::MAX),
         found: count,
     })?;
-    // Not "solid", which begins a text file.
+    // The header must not start with "solid", which starts a text file.
     let mut header = [0; 80];
     header.iter_mut().zip(text).for_each(|(byte, &text)| *byte = text);
     writer.write_all(&header)?;
@@ -80,7 +80,7 @@ pub(super) fn binary_facet(
     writer.write_all(&facet)
 }
 
-/// A solid for every run of faces of the same group.
+/// Writes a solid for every sequence of faces of the same group.
 pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteReport, WriteError> {
     let group = |face: usize| model.face_groups.as_ref().map_or(Model::NONE, |g| g[face]);
     let name = |group: u32| match model.groups.get(group as usize) {
@@ -116,7 +116,7 @@ pub(super) fn text_facet(writer: &mut dyn Write, triangle: [DVec3; 3]) -> std::i
     writeln!(writer, "  endloop\nendfacet")
 }
 
-/// The unit normal of a triangle, or zero for one without an area.
+/// The unit normal of a triangle, or zero for a triangle without area.
 fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }

@@ -1,4 +1,4 @@
-//! A cost modifier for texture coordinates, normals and colours that would shift.
+//! A cost modifier for changes of texture coordinates, normals and colours.
 
 use glam::DVec3;
 use mesh_collapse::{CostModifier, EdgePatch, Policy, Reach, Rejection, Scratch};
@@ -6,14 +6,13 @@ use mesh_core::{Remap, TriMesh};
 
 use crate::attributes::wedges::CornerAttributes;
 
-/// The cost plus w² times the *attribute deviation*: over both old ends of the edge and each of
-/// their wedges, the sum of a third of the area of the wedge's faces times the squared difference
-/// between the value there and the one that is found at the closest point after the collapse.
+/// The cost plus w² times the *attribute deviation*. The deviation is a sum over both old ends of the edge and each of
+/// their wedges. Each term is a third of the area of the faces of the wedge, times the squared difference between the
+/// old value and the value at the closest point after the collapse.
 ///
 /// With attributes scaled to model units, this has the unit of a quadric: area times squared length.
 ///
-/// Collapses after which a face would lie the other way round in the texture, or have no area there,
-/// are rejected.
+/// Rejects collapses after which a face would be reversed in the texture, or would have no area there.
 #[derive(Clone, Debug)]
 pub struct AttributeDeviation {
     weight: f64,
@@ -21,7 +20,7 @@ pub struct AttributeDeviation {
 }
 
 impl AttributeDeviation {
-    /// The deviation of these attributes of the mesh that is to be simplified, with the weight w.
+    /// The deviation of the attributes of a mesh before its simplification, with the weight w.
     #[must_use]
     pub fn new(attributes: CornerAttributes, weight: f64) -> Self {
         Self { weight, attributes }

@@ -1,21 +1,20 @@
 //! Texture coordinates, normals and colours at the corners of faces.
 //!
-//! **In:** values at the corners of the original, and the seams where they jump.
-//! **Out:** a cost modifier by which a run respects them, and for each corner of a result the point of the
-//! original whose values it takes.
+//! **Input:** values at the corners of the original, and the seams where they jump.
+//! **Output:** a cost modifier for the run, and for each corner of a result the point of the original whose values it
+//! takes.
 //!
 //! Invariants:
 //!
-//! - Corners of one wedge have one value; a collapse joins wedges only where they meet in a face of
-//!   the edge.
-//! - Nothing is mixed across a seam: not by the run, and not by the transfer.
-//! - Values are scaled to model units, so that they add up with distances.
+//! - The corners of a wedge share one value. A collapse joins wedges only if they meet in a face of the edge.
+//! - Values are never mixed across a seam, neither by the run nor by the transfer.
+//! - Values are scaled to model units, so that they can be added to distances.
 //!
-//! Uses the `collapse` room and `mesh-metric`. What a fit must not do to a texture is told by the
-//! `finish` room, which is above this one.
+//! Uses `mesh-collapse` and `mesh-metric`. The module `texture_fit`, one layer above, keeps a fit from folding the
+//! texture.
 //!
-//! From the bottom: `wedges`, with `attribute_deviation` on top, which steers a run; and beside them
-//! `transfer`, which looks at its result.
+//! Layers, lowest first: `wedges`; `attribute_deviation`, which guides a run, and `transfer`, which evaluates its
+//! result.
 
 pub(crate) mod attribute_deviation;
 pub(crate) mod transfer;

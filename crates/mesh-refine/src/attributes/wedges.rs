@@ -1,9 +1,8 @@
-//! Data at the corners of faces, followed through a run of collapses.
+//! Data at the corners of faces, updated with every collapse.
 //!
-//! A *wedge* is the run of corners at a vertex that share one value: a vertex inside a texture chart
-//! has one wedge, a vertex on a seam has one on each side. A collapse merges the wedges at the two
-//! ends of the edge that meet in a face of the edge; where the edge itself is a seam, those of its
-//! two sides stay apart.
+//! A *wedge* is a sequence of corners at a vertex that share one value. A vertex inside a texture chart has one wedge;
+//! a vertex on a seam has one on each side. A collapse merges wedges of the two ends of the edge if they meet in a face
+//! of the edge. If the edge itself is a seam, the wedges of its two sides stay separate.
 
 use glam::DVec3;
 use mesh_collapse::{EdgePatch, PatchFace};
@@ -12,31 +11,31 @@ use mesh_metric::{closest_on_triangle, weights_of_closest};
 
 use crate::error::RefineError;
 
-/// The most numbers per corner.
+/// The largest number of values per corner.
 pub const MAX_CHANNELS: usize = 12;
 
 type Value = [f64; MAX_CHANNELS];
 
-/// Numbers at the corners of faces, whose interpolation over the surface should stay as it is:
-/// texture coordinates, normals, colours.
+/// Values at the corners of faces whose interpolation over the surface should be preserved: texture coordinates,
+/// normals, colours.
 ///
-/// Scale them so that a difference of one is as bad as a distance of one model unit.
+/// Scale the values so that a difference of 1 is as bad as a distance of one model unit.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CornerAttributes {
-    /// Per half-edge with a face, the wedge of the corner at its origin.
+    /// The wedge of the corner at the origin of each half-edge with a face.
     wedge: HalfEdgeMap<u32>,
     values: Vec<Value>,
-    /// Whether the first two numbers are texture coordinates, which must not fold over.
+    /// Whether the first two values are texture coordinates, which must not fold over.
     has_texture: bool,
 }
 
 const NO_WEDGE: u32 = u32::MAX;
 
 impl CornerAttributes {
-    /// The values at the corners, of which the first two are texture coordinates if `has_texture`.
-    /// `of_corner` is asked for the values at the origin of each half-edge in its face; neighbouring
-    /// corners with equal values are one wedge.
+    /// Collects the values at the corners; if `has_texture`, the first two are texture coordinates. `of_corner` returns
+    /// the values at the origin of a half-edge, in the face of that half-edge. Neighbouring corners with equal values
+    /// form a wedge.
     ///
     /// # Errors
     /// There are more than [`MAX_CHANNELS`] values at a corner.
@@ -83,7 +82,7 @@ impl CornerAttributes {
         }
     }
 
-    /// Makes the first and the last wedge around a vertex one if they have the same value.
+    /// Joins the first and the last wedge around a vertex if they have the same value.
     fn join_ends(&mut self, corners: &[HalfEdgeId], ends: [HalfEdgeId; 2]) {
         let [first, last] = ends.map(|h| self.wedge[h]);
         if self.values[first as usize] == self.values[last as usize] {
@@ -111,9 +110,7 @@ impl CornerAttributes {
         [u, v]
     }
 
-    /// How a collapse would change the values: over both old ends and each of their wedges, the sum
-    /// of a third of the area of the wedge's faces times the squared difference of its value to the
-    /// one that is then found at the closest point.
+    /// The attribute deviation of a collapse, see [`AttributeDeviation`](crate::AttributeDeviation).
     pub(crate) fn deviation(&self, patch: &EdgePatch<'_>, x: DVec3) -> f64 {
         let merge = Merge::new(self, patch);
         let mut sum = 0.0;
@@ -135,8 +132,8 @@ impl CornerAttributes {
     ) -> f64 {
         let topology = patch.mesh().topology();
         let mut sum = 0.0;
-        // The faces of a patch are grouped by end and go around it, so that each wedge comes once
-        // or, where the walk starts inside it, twice.
+        // The faces of a patch are grouped by end and ordered around it. So each wedge occurs once, or twice if the
+        // walk starts inside it.
         let mut known: Option<(u32, f64)> = None;
         for face in patch.faces().iter().filter(|face| topology.origin(face.side) == v) {
             let wedge = self.wedge[face.side];
@@ -155,8 +152,8 @@ impl CornerAttributes {
         sum
     }
 
-    /// The value at the point of a group's faces that is closest to `point`: of the patch as it is,
-    /// or with the ends moved to `moved`.
+    /// The value at the closest point to `point` on the faces of a group, in the current patch or with the ends moved
+    /// to `moved`.
     fn at(
         &self,
         patch: &EdgePatch<'_>,
@@ -222,7 +219,7 @@ impl CornerAttributes {
         self.wedge = self.wedge.compact(remap);
     }
 
-    /// Brings the wedges up to date with a collapse that is about to happen.
+    /// Updates the wedges for a collapse that is about to happen.
     pub(crate) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
         let merge = Merge::new(self, patch);
         let topology = patch.mesh().topology();
@@ -240,7 +237,7 @@ impl CornerAttributes {
         for face in patch.faces() {
             self.wedge[face.side] = merge.group(self.wedge[face.side]);
         }
-        // Of the faces that vanish, one side takes the place of the other side of another edge.
+        // One side of each removed face replaces the other side of another edge.
         let [h, twin] = [patch.half_edge(), patch.half_edge().twin()];
         if !topology.is_exterior(h) {
             let bc = topology.next(h);
@@ -258,8 +255,8 @@ pub(crate) fn doubled_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Which wedges of the two ends become one: on either side of the edge, that of the vertex that
-/// goes and that of the vertex that stays.
+/// The pairs of wedges that are merged: on either side of the edge, the wedge at the removed vertex and the wedge at
+/// the remaining vertex.
 struct Merge([Option<[u32; 2]>; 2]);
 
 impl Merge {
@@ -269,7 +266,7 @@ impl Merge {
         let left = (!topology.is_exterior(h)).then(|| [h, topology.next(h)]);
         let right = (!topology.is_exterior(twin)).then(|| [topology.next(twin), twin]);
         let mut pairs = [left, right].map(|pair| pair.map(|corners| corners.map(|c| all.wedge[c])));
-        // A wedge that goes all around one end joins those that it meets at the other.
+        // If one wedge surrounds an end completely, it also joins the two wedges that it meets at the other end.
         if let [Some(left), Some(right)] = &mut pairs
             && left[0] == right[0]
             && left[1] != right[1]
@@ -279,7 +276,7 @@ impl Merge {
         Self(pairs)
     }
 
-    /// The wedge that stands for `wedge` after the collapse.
+    /// The wedge that replaces `wedge` after the collapse.
     fn group(&self, wedge: u32) -> u32 {
         let joined = self.0.iter().flatten().find(|[removed, _]| *removed == wedge);
         joined.map_or(wedge, |[_, kept]| *kept)

@@ -1,4 +1,4 @@
-//! What a fit must leave alone.
+//! Constraints of a fit.
 
 use std::sync::Arc;
 
@@ -7,21 +7,20 @@ use mesh_core::{EdgeId, EdgeMap, Topology, VertexId, VertexMap};
 use crate::curve::Curve;
 use mesh_collapse::Constraints;
 
-/// What a fit must leave alone.
+/// Constraints of a fit.
 #[derive(Clone, Debug, Default)]
 pub struct FitConstraints {
     /// Vertices that do not move.
     pub fixed: Option<VertexMap<bool>>,
     /// Edges that are not flipped.
     pub features: Option<EdgeMap<bool>>,
-    /// The boundary of the original. Boundary vertices slide along it and stay as far from it as
-    /// they are; those closest to its corners do not move. Without it no boundary vertex moves.
+    /// The boundary of the original. Boundary vertices move along it and keep their distance to it; the vertices
+    /// closest to its corners do not move. Without it, no boundary vertex moves.
     pub boundary_curve: Option<Arc<Curve>>,
-    /// The feature lines of the original, for the vertices of the edges in `features`, in the same
-    /// way.
+    /// The feature lines of the original. Vertices of the edges in `features` move along them in the same way.
     pub feature_curve: Option<Arc<Curve>>,
-    /// Constraints that follow the mesh; they are asked about the collapses that annealing and cutting of
-    /// largest errors make.
+    /// Constraints that follow the mesh. They apply to the collapses of annealing and of the reduction of the largest
+    /// errors.
     pub constraints: Constraints,
 }
 

@@ -1,20 +1,20 @@
-//! What the pairs of one face add to the normal equations.
+//! The contribution of the pairs of one face to the normal equations.
 
 use glam::DVec3;
 use mesh_collapse::Symmetric3;
 
 use crate::norm::Power;
 
-/// Pairs count as though there were so many samples of a face, however many there are: so much as a
-/// point of a line counts one.
+/// The number of samples that every face seems to have: the weights of its pairs are scaled accordingly. A point of a
+/// line has weight 1.
 pub(super) const USUAL_SAMPLES: usize = 30;
 
-/// How much a point counts where a face has so many.
+/// The weight of a point if a face has this many points.
 pub(crate) fn share_of_one(points_per_face: usize) -> f64 {
     USUAL_SAMPLES as f64 / points_per_face.max(1) as f64
 }
 
-/// How much a pair counts.
+/// Parameters of the weight of a pair.
 #[derive(Clone, Copy)]
 pub(crate) struct Weighting {
     pub(crate) pull: f64,
@@ -22,7 +22,7 @@ pub(crate) struct Weighting {
     /// The largest squared distance of a pair.
     pub(crate) largest: f64,
     pub(crate) power: Power,
-    /// The mean of that order, squared.
+    /// The mean of the order `power`, squared.
     pub(crate) typical: f64,
 }
 
@@ -41,26 +41,26 @@ impl Weighting {
     }
 }
 
-/// A point of a face and a point of the original.
+/// A point of a face and its partner on the original.
 pub(super) struct Pair {
-    /// The weights of the corners of the face.
+    /// The barycentric weights of the point in its face.
     pub(super) weights: DVec3,
-    /// From the point of the original to that of the face.
+    /// The vector from the point of the original to the point of the face.
     pub(super) gap: DVec3,
     /// The normal of the original.
     pub(super) normal: DVec3,
-    /// How much of the area it stands for.
+    /// The share of the area that the pair represents.
     pub(super) share: f64,
 }
 
-/// The part of one face in the normal equations: blocks of three by three.
+/// The contribution of one face to the normal equations, in blocks of three by three.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Element {
     /// For each corner.
     pub(super) of_corner: [Symmetric3; 3],
     /// For each side, from a corner to the next one.
     pub(super) of_side: [Symmetric3; 3],
-    /// Minus the gradient, for each corner.
+    /// The negative gradient at each corner.
     pub(super) residual: [DVec3; 3],
     pub(super) tally: Tally,
 }
@@ -86,7 +86,7 @@ impl Element {
     }
 }
 
-/// A mean square in the making.
+/// Sums for a mean square.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Tally {
     squares: f64,

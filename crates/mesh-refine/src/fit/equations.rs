@@ -1,4 +1,4 @@
-//! Putting together the normal equations of a mesh, or of a part of it.
+//! Assembly of the normal equations of a mesh, or of a part of it.
 
 use core::hint::select_unpredictable;
 
@@ -12,28 +12,28 @@ use crate::fit::spread::{Spot, Spread};
 use crate::fit::system::System;
 use crate::fit::targets::{FitTarget, normal_and_area};
 
-/// What makes the equations of some faces, besides the targets that they draw.
+/// Input of the equations of some faces, without the targets.
 pub(super) struct Equations<'a> {
     pub(super) mesh: &'a TriMesh,
     pub(super) original: &'a Surface,
     /// All faces of the mesh.
     pub(super) faces: &'a [FaceId],
-    /// The indices of those that count, neighbours in space close to each other.
+    /// The indices of the faces to include, ordered so that consecutive faces are close in space.
     pub(super) order: &'a [u32],
-    /// How many points of each of these faces are drawn to the original.
+    /// The number of samples on each of these faces.
     pub(super) samples: usize,
     pub(super) seed: u64,
 }
 
-/// Faces whose equations are made by one thread at a time.
+/// The number of faces in a block for one thread.
 const BLOCK: usize = 64;
 
 /// No triangle.
 const NOWHERE: u32 = u32::MAX;
 
 impl Equations<'_> {
-    /// Adds the pairs of every face: the targets that it draws, and samples of its own with the
-    /// closest points of the original.
+    /// Adds the pairs of every face: the targets assigned to it, and its own samples with the closest points of the
+    /// original.
     pub(super) fn add_to(
         &self,
         system: &mut System,
@@ -96,8 +96,8 @@ impl Equations<'_> {
         tally
     }
 
-    /// A sample with its foot on the triangle of one of the two nearest of these points of the original, if it falls
-    /// inside and the surface is near: as a rule that is the closest point, and found at once.
+    /// A sample with its foot on the triangle of one of the two nearest of these points of the original, if the foot
+    /// lies inside the triangle and the surface is near. This is usually the closest point, and it needs no search.
     #[inline]
     fn foot_near(&self, spot: &Spot, density: f64, near: &[(DVec3, u32)]) -> Option<Pair> {
         let [first, second] = nearest_two(spot.point, near);
@@ -130,11 +130,10 @@ impl Equations<'_> {
     }
 }
 
-/// The triangles of the two of these points that are nearest to a point, the nearest first; [`NOWHERE`] for want of
-/// points.
+/// The triangles of the two points nearest to a point, the nearest first; [`NOWHERE`] if there are too few points.
 ///
-/// No processor could foresee which are nearer than those before, so there are no branches, and
-/// distances are compared as whole numbers: not being negative, they are ordered as their bits are.
+/// The loop has no branches, because a processor could not predict the comparisons. Distances are compared by their
+/// bits as integers, which is correct for numbers that are not negative.
 #[inline]
 fn nearest_two(to: DVec3, points: &[(DVec3, u32)]) -> [u32; 2] {
     let infinity = f64::INFINITY.to_bits();
@@ -178,7 +177,7 @@ mod tests {
             assert_eq!(nearest_two(to, &points[..count]), [sorted[0].1, sorted[1].1]);
         }
         assert_eq!(nearest_two(to, &points[..1]), [0, NOWHERE]);
-        // Nothing is near to what is no point.
+        // A query that is NaN has no nearest point.
         assert_eq!(nearest_two(DVec3::NAN, &points), [NOWHERE; 2]);
     }
 }

@@ -1,7 +1,7 @@
-//! Edge flips that bring the mesh closer to the samples of the original, by the mean of some order.
+//! Edge flips that reduce the distance to the samples of the original, measured by a mean of some order.
 //!
-//! Which flips help is found out for all edges at the same time; edges next to a flip are looked at
-//! again when their turn comes, so that the result is that of one after the other.
+//! All edges are evaluated in parallel. Edges next to a flip are evaluated again when their turn comes, so the result
+//! equals a sequential run.
 
 use mesh_collapse::{ChangedFace, NewIntersections};
 use mesh_core::edit::LegalFlip;
@@ -14,8 +14,7 @@ use crate::fit::moves::cross;
 use crate::fit::pairs::Pairs;
 use crate::norm::Power;
 
-/// Flips every edge whose flip lowers the sum of the powers of the distances of the targets of its two
-/// faces.
+/// Flips every edge whose flip lowers the sum of the powers of the distances of the targets of its two faces.
 pub(super) fn flip_edges(
     mesh: &mut TriMesh,
     paired: &mut Pairs<'_>,
@@ -68,7 +67,7 @@ pub(super) fn flip_edges(
     flips
 }
 
-/// `sums` are what the targets of each face add up to now.
+/// Whether a flip lowers the sum; `sums` are the current sums of all faces.
 fn flip_is_closer(
     mesh: &TriMesh,
     paired: &Pairs<'_>,
@@ -104,12 +103,12 @@ fn flip_is_closer(
         let [first, second] = new.each_ref().map(|t| closest_on_triangle(point, t));
         power.of(first.length_squared().min(second.length_squared()))
     });
-    // No triangle is closer than its plane, which is found sooner.
+    // No triangle is closer than its plane, and the distance to the plane is cheaper to compute.
     is_below(limit, to_planes) && is_below(limit, to_triangles)
 }
 
-/// Whether the sum of some numbers, none of them negative, is less than a limit. Most flips are for the worse, as the
-/// first few targets tell.
+/// Whether the sum of some non-negative numbers is less than a limit. Most flips raise the sum, and the first few
+/// targets show that.
 #[inline]
 fn is_below(limit: f64, numbers: impl Iterator<Item = f64>) -> bool {
     let mut left = limit;

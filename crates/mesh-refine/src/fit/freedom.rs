@@ -1,4 +1,4 @@
-//! Which way each vertex may go in a fit.
+//! The directions in which each vertex may move in a fit.
 
 use glam::DVec3;
 use mesh_core::{Handle, TriMesh, VertexId, parallel};
@@ -7,7 +7,7 @@ use mesh_metric::Surface;
 use crate::curve::Curve;
 use crate::fit::constraints::FitConstraints;
 
-/// Where a vertex may go.
+/// The positions that a vertex may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Freedom {
     Fixed,
@@ -17,7 +17,7 @@ pub(super) enum Freedom {
 }
 
 impl Freedom {
-    /// The line along which a vertex goes, if it goes along one.
+    /// The line that a vertex moves along, if any.
     pub(super) fn curve(self, constraints: &FitConstraints) -> Option<&Curve> {
         match self {
             Self::AlongBoundary => constraints.boundary_curve.as_deref(),
@@ -27,7 +27,7 @@ impl Freedom {
     }
 }
 
-/// What each vertex may do, by index.
+/// The freedom of each vertex, by index.
 pub(super) fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Freedom> {
     let topology = mesh.topology();
     let of_vertex = |index: usize| {
@@ -56,7 +56,7 @@ pub(super) fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Free
     freedoms
 }
 
-/// Fixes, of the vertices of one kind, the one that is closest to each corner.
+/// Fixes the vertex of this kind that is closest to each corner.
 fn fix_closest(mesh: &TriMesh, freedoms: &mut [Freedom], kind: Freedom, corners: &[DVec3]) {
     let of_kind = (0..freedoms.len() as u32).filter(|&v| freedoms[v as usize] == kind);
     let points: Vec<[u32; 3]> = of_kind.map(|v| [v; 3]).collect();

@@ -1,4 +1,4 @@
-//! Samples of the boundary and the feature lines of the original, and the edges that they draw.
+//! Samples of the boundary and of the feature lines of the original, which attract edges of the mesh.
 
 use std::sync::Arc;
 
@@ -12,10 +12,9 @@ use crate::fit::element::USUAL_SAMPLES;
 use crate::fit::spread::area;
 use crate::fit::system::System;
 
-/// Points of the lines of the original, and the edges of the mesh that stand for these lines.
+/// Points of the lines of the original, and the edges of the mesh that represent these lines.
 ///
-/// The pairs of samples of the surfaces do not feel a boundary that moves within the surface; these
-/// do.
+/// Pairs of surface samples do not notice a boundary that moves within the surface; these points do.
 pub(super) struct Lines(Vec<Line>);
 
 struct Line {
@@ -24,7 +23,7 @@ struct Line {
 }
 
 impl Lines {
-    /// As densely sampled as the surface is at the usual density.
+    /// The lines are sampled as densely as the surface at the usual density.
     pub(super) fn new(mesh: &TriMesh, original: &Surface, constraints: &FitConstraints) -> Self {
         if constraints.boundary_curve.is_none() && constraints.feature_curve.is_none() {
             return Self(Vec::new());
@@ -44,7 +43,7 @@ impl Lines {
 
     pub(super) fn add_to(&self, system: &mut System, mesh: &TriMesh) {
         for Line { points, edges } in &self.0 {
-            // None of the lines may be left.
+            // The mesh may have no edges of this line left.
             let Some(curve) = Curve::new(mesh, edges) else { continue };
             for (point, (edge, along)) in points.iter().zip(curve.closest_edges(points)) {
                 system.add_to_edge(mesh, edges[edge], along, *point);

@@ -1,24 +1,21 @@
-//! Moving the vertices of a simplified mesh, and flipping its edges, to come closer to the
-//! original.
+//! Fitting: moves the vertices of a simplified mesh, and flips its edges, to bring it closer to the original.
 //!
 //! Each round
 //!
 //! 1. pairs samples of the original with the closest points of the mesh, and samples of the mesh
 //!    with the closest points of the original;
 //! 2. flips edges where that lowers the squared distance of the samples of the original;
-//! 3. takes one Gauss-Newton step for the vertex positions `x`: with the weights `b` of a sample in
-//!    its face, its partner `p` on the original and the normal `n` there, it minimises the sum of
-//!    `(n·(Σ b x - p))² + pull |Σ b x - p|²` over all pairs, which count as the
-//!    [norm](crate::FitNorm) wants.
+//! 3. takes one Gauss-Newton step for the vertex positions `x`. Let `b` be the weights of a sample in its face, `p` its
+//!    partner on the original, and `n` the normal there. The step minimises the sum of
+//!    `(n·(Σ b x - p))² + pull |Σ b x - p|²` over all pairs, weighted by the [norm](crate::FitNorm).
 //!
-//! Boundary vertices slide along the boundary of the original, vertices on feature lines along
-//! these; corners and fixed vertices stay. A vertex goes only as far as its faces keep their normals
-//! and, if that is asked for, run into no others.
+//! Boundary vertices move along the boundary of the original, and vertices on feature lines along these lines; corners
+//! and fixed vertices stay. A vertex moves only as far as its faces keep their normals and, if intersections are
+//! forbidden, do not intersect other faces.
 
-//!
-//! Points are spread evenly, in an order in which neighbours are close to each other, and pass through
-//! in blocks: what a face adds to the equations is summed up in one place, and nothing is kept of a
-//! sample but where it is and which face it draws.
+//! Points are spread evenly, ordered so that consecutive points are close in space, and processed in blocks. The
+//! contribution of a face to the equations is summed in one place. Of each sample, only the position and the assigned
+//! face are stored.
 
 pub(crate) mod constraints;
 mod element;
@@ -54,39 +51,38 @@ use crate::observer::Observer;
 pub(crate) use crate::fit::element::share_of_one;
 pub(crate) use crate::fit::targets::FitTarget;
 
-/// How to fit; see [`fit`].
+/// Options of [`fit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FitOptions {
-    /// How many rounds. The first of several, and those up to the half, are as a rule by fewer samples than is
-    /// said here. Of four and more, one is left out where every triangle of the original has its samples: there
-    /// the mesh is nearly as fine as that, and near its place from the beginning.
+    /// Number of rounds. If there are several, the rounds of the first half usually use fewer samples than given here.
+    /// If there are at least four, one is omitted when every triangle of the original has its own samples: the mesh is
+    /// then nearly as fine as the original, and close to it from the start.
     pub rounds: usize,
     /// Samples of the original per face of the mesh.
     pub samples_per_face: usize,
-    /// Samples of each face of the mesh; fewer where it has few triangles of the original to tell of, but at
-    /// least twice as many as a triangle has.
+    /// Samples of each face of the mesh. There are fewer if the face covers few triangles of the original, but at least
+    /// twice the number per triangle.
     pub own_samples_per_face: usize,
-    /// The most samples of the original per triangle of it: where there would be more, each triangle has so
-    /// many.
+    /// Largest number of samples per triangle of the original. If it would be exceeded, each triangle has exactly this
+    /// number.
     pub samples_per_triangle: usize,
-    /// What is made small. Where edges are flipped, they are flipped for the same.
+    /// The norm of the distances that the fit minimises, by flips as well.
     pub norm: FitNorm,
-    /// How strongly samples are drawn to their partners along the surface, relative to across it. It
-    /// holds vertices where nothing else does. What draws others along the surface are the normals,
-    /// which differ the less around a vertex the finer the mesh is: so on a mesh whose faces bend little
-    /// from one to the next, the pull is less in the same measure.
+    /// Weight of the distance along the surface, relative to the distance along the normal. It holds vertices that
+    /// nothing else holds. Other vertices are held along the surface by the variation of the normals around them, which
+    /// decreases as the mesh becomes finer. So the pull is reduced on a mesh whose faces bend little from one to the
+    /// next.
     pub pull: f64,
-    /// How much more than the others the farthest pairs count, and the vertices of the original
-    /// that are about as far: the weight of a pair at the distance d is 1 + tail (d / largest)^12.
-    /// With 0 the mean square is minimised; otherwise the largest distance becomes smaller at the
-    /// expense of the mean.
+    /// Extra weight of the farthest pairs, and of vertices of the original that are about as far: a pair at the
+    /// distance d has the weight 1 + tail (d / largest)^12. With 0 the mean square is minimised. Otherwise the largest
+    /// distance falls at the expense of the mean.
     pub tail: f64,
     /// Whether edges are flipped.
     pub flips: bool,
-    /// Whether faces must not come to cross that did not before.
+    /// Whether faces must not intersect if they did not before.
     pub forbid_intersections: bool,
-    /// Where the random numbers start.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
@@ -107,14 +103,14 @@ impl Default for FitOptions {
     }
 }
 
-/// The most samples per face: more than ever tell anything, and few enough for memory.
+/// The largest number of samples per face: more give no information, and would take too much memory.
 pub(crate) const MOST_SAMPLES_PER_FACE: usize = 100_000;
 
-/// The most samples in all; together with the vertices, 32-bit numbers do for them.
+/// The largest number of samples in total, so that 32-bit numbers suffice for samples and vertices.
 const MOST_SAMPLES: usize = 1 << 31;
 
 impl FitOptions {
-    /// Whether the options make sense.
+    /// Checks that the options are in range.
     pub fn check(&self) -> Result<(), RefineError> {
         let is_weight = |x: f64| x >= 0.0 && x.is_finite();
         let weight = "at least 0 and finite";
@@ -131,15 +127,15 @@ impl FitOptions {
     }
 }
 
-/// What a fit did.
+/// Report of [`fit`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FitReport {
-    /// What was made small.
+    /// The norm that was minimised.
     pub norm: FitNorm,
-    /// How many rounds were made.
+    /// Number of rounds.
     pub rounds: usize,
-    /// How many edges were flipped.
+    /// Number of flipped edges.
     pub flips: usize,
     /// Root mean square distance of the pairs at the start of the first round.
     pub rms_before: f64,
@@ -150,7 +146,7 @@ pub struct FitReport {
 /// Fits a mesh to the original it was made from.
 ///
 /// # Errors
-/// An option makes no sense, or the mesh has no faces.
+/// An option is out of range, or the mesh has no faces.
 pub fn fit(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -161,7 +157,7 @@ pub fn fit(
     fit_observed(mesh, original, constraints, options, &mut Observer::none())
 }
 
-/// The same, until the observer says to stop: then with fewer rounds.
+/// [`fit`] with an observer. If it stops the run, there are fewer rounds.
 pub(crate) fn fit_observed(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -249,7 +245,7 @@ pub(crate) fn fit_observed(
     Ok(report)
 }
 
-/// Fits in which a few vertices of a mesh move; their pairs are known.
+/// Fits in which only a few vertices of a mesh move, and whose pairs are given.
 pub(crate) struct LocalFit<'a> {
     original: &'a Surface,
     faces: Vec<FaceId>,
@@ -257,14 +253,14 @@ pub(crate) struct LocalFit<'a> {
 }
 
 impl<'a> LocalFit<'a> {
-    /// For a mesh that keeps its connectivity.
+    /// A local fit for a mesh that keeps its connectivity.
     pub(crate) fn new(mesh: &TriMesh, original: &'a Surface, constraints: &FitConstraints) -> Self {
         let lines = Lines::new(mesh, original, constraints);
         Self { original, faces: mesh.topology().faces().collect(), lines }
     }
 
-    /// Takes one step. `order` are the indices of the faces, neighbours in space close to each other;
-    /// `targets_of` says what a face draws, and `largest` is the largest distance of all pairs.
+    /// Takes one step. `order` lists the indices of the faces so that consecutive faces are close in space,
+    /// `targets_of` returns the targets of a face, and `largest` is the largest distance of all pairs.
     pub(crate) fn step(
         &self,
         mesh: &mut TriMesh,
@@ -300,14 +296,14 @@ impl<'a> LocalFit<'a> {
     }
 }
 
-/// Steps of the whole mesh are cut short and rounds follow: more digits make no difference.
+/// The tolerance of the solver in fits of the whole mesh. More rounds follow, so more digits would have no effect.
 const ROUGHLY: f64 = 1e-2;
-/// Those around the largest errors are few, and count to the end.
+/// The tolerance in local fits around the largest errors. They are small, and every digit counts.
 const CLOSELY: f64 = 1e-4;
 
-/// How much the normals of the faces differ at the edges: the mean of sin²(θ / 2) over the angles θ
-/// between the two normals, by the areas of the faces. On a smooth surface that is about the mean square
-/// of the angle between a face and the surface.
+/// How much neighbouring faces differ in their normals: the mean of sin²(θ / 2) over the angles θ between the normals
+/// of the two faces of each edge, weighted by area. On a smooth surface it is about the mean square of the angle
+/// between a face and the surface.
 fn bend(mesh: &TriMesh) -> f64 {
     let topology = mesh.topology();
     let at = |index: usize| {
@@ -324,44 +320,44 @@ fn bend(mesh: &TriMesh) -> f64 {
     if all > 0.0 { bent / all } else { 0.0 }
 }
 
-/// The bend of a mesh that takes the whole pull: that of a sphere of 500 faces.
+/// The bend at which a mesh gets the whole pull: the bend of a sphere of 500 faces.
 const USUAL_BEND: f64 = 0.005;
-/// The least part of the pull, so that vertices on flat ground are held.
+/// The smallest factor on the pull, so that vertices on flat parts are held.
 const LEAST_PULL: f64 = 0.01;
 
-/// Of so many triangles of the original the points of a face tell as much as those of one: the others lie on
-/// the same triangles as its targets, where they say the same.
+/// If a face covers this many triangles of the original, its own samples are as informative as the samples of one
+/// triangle: they fall on the same triangles as its targets, and would repeat them.
 const FEW: usize = 6;
-/// So many times the samples per triangle a face has nevertheless.
+/// The smallest number of own samples of a face, relative to the samples per triangle.
 const FEWEST_OWN: usize = 2;
-/// Points of a face that are enough for the first round.
+/// The number of own samples of a face that is enough for the first round.
 const ROUGH_OWN: usize = 3;
 
-/// Of so many rounds, one is not worth its time on a mesh that is near its place.
+/// With at least this many rounds, one can be omitted on a mesh that is close to the original.
 const MANY_ROUNDS: usize = 4;
 
-/// How many points there are of both surfaces in a round.
+/// The number of points of both surfaces in a round.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Counts {
-    /// Of the original.
+    /// Points of the original.
     targets: Count,
-    /// Of each face of the mesh.
+    /// Points of each face of the mesh.
     own: usize,
 }
 
-/// How many rounds there are, and with how many points.
+/// The number of rounds, and the number of points in each.
 struct Cooling {
     rounds: usize,
-    /// Of the first of several rounds.
+    /// Counts of the first of several rounds.
     rough: Counts,
-    /// Of the others in the first half.
+    /// Counts of the other rounds in the first half.
     middle: Counts,
-    /// Of the rest.
+    /// Counts of the remaining rounds.
     fine: Counts,
 }
 
 impl Cooling {
-    /// For so many faces of the mesh and triangles of the original.
+    /// The counts for this many faces of the mesh and triangles of the original.
     fn new(options: &FitOptions, faces: usize, triangles: usize) -> Self {
         let FitOptions { rounds, samples_per_face, samples_per_triangle, .. } = *options;
         let wanted = samples_per_face.saturating_mul(faces).min(MOST_SAMPLES);
@@ -369,15 +365,15 @@ impl Cooling {
         let in_proportion = samples_per_triangle.saturating_mul(triangles) / (FEW * faces.max(1));
         let most = MOST_SAMPLES / faces.max(1);
         let own = options.own_samples_per_face.min(least.max(in_proportion)).min(most);
-        // As many of each triangle where these are few: then they are the points of a quadrature, and no
-        // triangle goes unseen.
+        // If the original has few triangles, each has the same number of points. They form a quadrature rule, and
+        // no triangle is missed.
         let is_each = wanted >= samples_per_triangle.saturating_mul(triangles);
         let targets =
             if is_each { Count::OnEach(samples_per_triangle) } else { Count::About(wanted) };
         let fine = Counts { targets, own };
-        // Until the vertices are near their places, half of the points and less say as well where these are, unless
-        // few have to speak for many triangles. An even number of a face's own points: with three, errors are .9 %
-        // larger than with four, and with two .5 %.
+        // Half of the points or fewer suffice until the vertices are near their final positions, unless few points
+        // represent many triangles. The number of own points of a face is even: with three, errors are 0.9 % larger
+        // than with four, and with two 0.5 %.
         let (rough_own, middle_own) = (own.min(ROUGH_OWN), own.min(2 * own.div_ceil(4)));
         let (rough, middle) = match targets {
             Count::OnEach(count) => (
@@ -396,7 +392,7 @@ impl Cooling {
 
     fn counts(&self, round: usize) -> Counts {
         match round {
-            // There is a fine one in any case.
+            // At least one round is a fine one.
             _ if round + 1 == self.rounds => self.fine,
             0 => self.rough,
             _ if round <= self.rounds / 2 => self.middle,
@@ -419,7 +415,7 @@ mod tests {
             let counts = (0..schedule.rounds).map(|round| schedule.counts(round));
             counts.map(|Counts { targets, own }| (targets, own)).collect::<Vec<_>>()
         };
-        // Three triangles a face, six, twenty, and many.
+        // Three triangles per face, then six, twenty, and many.
         let (each, about) = (Count::OnEach, Count::About);
         assert_eq!(of(4, 1000, 3000), [(each(1), 3), (each(2), 4), (each(3), 6)]);
         let [rough, middle, fine] = [(8_000, 3), (8_000, 4), (16_000, 6)];
@@ -427,7 +423,7 @@ mod tests {
         assert_eq!(of(4, 1000, 6_000), expected);
         assert_eq!(of(4, 1000, 20_000), [(about(16_000), 10); 4]);
         assert_eq!(of(4, 1000, 500_000), [(about(16_000), 10); 4]);
-        // One round is a fine one, and the last one always is.
+        // A single round is a fine one, and so is the last of several.
         assert_eq!(of(0, 1000, 3000), []);
         assert_eq!(of(1, 1000, 3000), [(each(3), 6)]);
         assert_eq!(of(2, 1000, 3000), [(each(1), 3), (each(3), 6)]);
@@ -441,7 +437,7 @@ mod tests {
             let soup = Sphere { radius: 3.0 }.icosphere(level).unwrap();
             bend(&TriMesh::from_soup(&soup).unwrap())
         };
-        // Of an equilateral triangle with the squared side s²: s² / 12.
+        // For an equilateral triangle with the squared side s², the expected value is s² / 12.
         let expected = |faces: f64| 4.0 * core::f64::consts::PI / faces * 4.0 / 3_f64.sqrt() / 12.0;
         assert!((bend_of(3) / expected(1280.0) - 1.0).abs() < 0.05);
         assert!((bend_of(3) / bend_of(4) / 4.0 - 1.0).abs() < 0.02);

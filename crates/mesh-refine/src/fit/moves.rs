@@ -1,4 +1,4 @@
-//! Moving vertices as far as their faces allow.
+//! Moves of vertices, limited by their faces.
 
 use glam::DVec3;
 use mesh_collapse::NewIntersections;
@@ -8,8 +8,8 @@ use crate::face_quality::{keeps_height, keeps_side};
 use crate::fit::constraints::FitConstraints;
 use crate::fit::freedom::Freedom;
 
-/// Moves each vertex by its displacement, or by half or a quarter of it, or not at all, so that no
-/// face turns too far or becomes a sliver.
+/// Moves each vertex by its displacement, by half or a quarter of it, or not at all, so that no face turns too far or
+/// becomes a sliver.
 pub(super) fn move_vertices(
     mesh: &mut TriMesh,
     displacements: &[(VertexId, DVec3)],
@@ -29,7 +29,7 @@ pub(super) fn move_vertices(
         };
         for part in [1.0, 0.5, 0.25] {
             let free = from + part * displacement;
-            // As far from the curve as it was.
+            // The vertex keeps its distance to the curve.
             let to = curve.map_or(free, |c| from + (c.closest(free) - c.closest(from)));
             let crosses = found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to));
             if !crosses && try_move(mesh, v, to) {

@@ -1,4 +1,4 @@
-//! Points of the original and the faces of the mesh that they draw.
+//! Points of the original and the faces of the mesh that they attract.
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
@@ -10,27 +10,27 @@ use crate::fit::targets::{FitTarget, Ground, Targets};
 use crate::fit::walk::{End, walk_to};
 use crate::norm::Power;
 
-/// Points by the face that is closest to them: the targets, and some more.
+/// Points listed by the face closest to them: the targets, and some additional points.
 pub(super) struct Pairs<'a> {
     targets: Targets<'a>,
-    /// Points beyond the targets.
+    /// Additional points.
     more: Vec<FitTarget>,
     lists: FaceLists,
     /// The squared distance of each point from its face.
     squares: Vec<f64>,
 }
 
-/// The faces that targets were near to before.
+/// The faces that targets were near to earlier.
 #[derive(Clone, Copy)]
 enum Near<'f> {
     Nothing,
-    /// Of each target.
+    /// A face for each target.
     Targets(&'f [FaceId]),
-    /// By the places of triangles of the original.
+    /// A face for each place in the order of the triangles of the original.
     Places(&'f [Option<FaceId>]),
 }
 
-/// Points whose closest ones are looked for by one thread at a time.
+/// The number of points in a block for one thread.
 const BLOCK: usize = 1024;
 
 impl<'a> Pairs<'a> {
@@ -41,8 +41,8 @@ impl<'a> Pairs<'a> {
         new
     }
 
-    /// The same for other targets of the same original after the vertices have moved: `faces` are what was near to its
-    /// triangles before, see [`Pairs::faces_by_place`].
+    /// Pairs other targets of the same original after the vertices have moved. `faces` are the earlier faces of its
+    /// triangles, see [`Pairs::faces_by_place`].
     pub(super) fn following(
         mesh: &TriMesh,
         surface: &Surface,
@@ -54,8 +54,8 @@ impl<'a> Pairs<'a> {
         new
     }
 
-    /// By the place of each of so many triangles of the original: the face of one of its targets, or of those on the
-    /// last triangle before that has any, which is a neighbour as a rule.
+    /// For each place in the order of the triangles of the original, the face of one of its targets. A triangle without
+    /// targets gets the face of the last triangle before it that has one, which is usually a neighbour.
     pub(super) fn faces_by_place(&self, mesh: &TriMesh, triangles: usize) -> Vec<Option<FaceId>> {
         let mut faces = vec![None; triangles];
         for face in mesh.topology().faces() {
@@ -81,8 +81,8 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// Forgets all distances, which will be others once the vertices have moved, and leaves their room to what finds
-    /// out where to.
+    /// Drops all distances, which become invalid when the vertices move, to free memory for the solution of the
+    /// equations.
     pub(super) fn forget_distances(&mut self) {
         self.squares = Vec::new();
     }
@@ -103,9 +103,9 @@ impl<'a> Pairs<'a> {
         self.pair(mesh, surface, Near::Targets(&before));
     }
 
-    /// Pairs all targets, block by block. From the face that a target had before, or else from that of the target
-    /// that comes before it, a walk leads to a face on which its foot is inside, as a rule the closest one, though
-    /// at a concave edge the face beyond it may be a little closer; the closest face of the others is looked for.
+    /// Pairs all targets, block by block. A walk starts at the earlier face of the target, or at the face of the target
+    /// before it. It ends at a face on which the foot of the target lies inside. This is usually the closest face; at a
+    /// concave edge, the face beyond may be slightly closer. If the walk fails, the closest face is searched.
     fn pair(&mut self, mesh: &TriMesh, surface: &Surface, near: Near<'_>) {
         let Self { targets, lists, squares, .. } = self;
         for_blocks_in_turn(
@@ -128,7 +128,7 @@ impl<'a> Pairs<'a> {
                         End::Face(face) => (None, Some(face)),
                         End::Elsewhere if before.is_some() => (None, None),
                         End::Elsewhere => {
-                            // The next walk cannot begin anywhere before this is known.
+                            // The next walk needs this result as its start.
                             let closest = surface.closest(point);
                             let squared = closest.offset.length_squared();
                             (Some((closest.face, squared)), Some(closest.face))
@@ -153,7 +153,7 @@ impl<'a> Pairs<'a> {
         );
     }
 
-    /// How many targets there are.
+    /// The number of targets.
     pub(super) fn target_count(&self) -> usize {
         self.targets.len()
     }
@@ -163,7 +163,7 @@ impl<'a> Pairs<'a> {
         self.squares.iter().copied().fold(0.0, f64::max)
     }
 
-    /// The squared mean of some order of the distances.
+    /// The squared mean of this order of the distances.
     pub(super) fn mean(&self, power: Power) -> f64 {
         power.mean(&self.squares)
     }
@@ -181,14 +181,14 @@ impl<'a> Pairs<'a> {
         indices.map(|index| (self.point(index), self.squares[index]))
     }
 
-    /// What the distances of the points that are closest to a face add up to, each raised to a power.
+    /// The sum of the distances of the points closest to a face, each raised to the power.
     pub(super) fn sum_of(&self, face: FaceId, power: Power) -> f64 {
         let indices = self.lists.of_face(face);
         indices.map(|index| power.of(self.squares[index as usize])).sum()
     }
 
-    /// The targets that are closest to a face; `density` is the share of one that stands for the mean
-    /// area of all.
+    /// Calls `act` with the targets closest to a face. `density` is the share of a target that represents the mean area
+    /// of all.
     pub(super) fn for_each_of(&self, face: FaceId, density: f64, mut act: impl FnMut(&FitTarget)) {
         let mut ground: Option<Ground> = None;
         for index in self.lists.of_face(face).map(|index| index as usize) {
@@ -196,7 +196,7 @@ impl<'a> Pairs<'a> {
                 act(&self.more[beyond]);
                 continue;
             }
-            // Several targets of a triangle mostly come one after the other.
+            // Consecutive targets are mostly on the same triangle.
             let place = self.targets.place(index);
             let same = ground.take().filter(|ground| ground.place == place);
             let on = same.unwrap_or_else(|| self.targets.on(place, density));
@@ -205,8 +205,8 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// Adds the vertices of the original that are more than half as far as the farthest target.
-    /// The normals there are the directions in which they are.
+    /// Adds the vertices of the original that are more than half as far as the farthest target. Their normals point
+    /// along the direction from the mesh to the vertex.
     pub(super) fn push_far(&mut self, surface: &Surface, original: &Surface) {
         let vertices = original.used_vertices();
         let at = |i: usize| original.positions()[vertices[i] as usize];
@@ -231,7 +231,7 @@ impl<'a> Pairs<'a> {
         );
     }
 
-    /// Gives the points of two faces to the one that is closer, the faces being as they are now.
+    /// Assigns the points of two faces to the closer of the two, for the current positions of the faces.
     pub(super) fn redistribute(
         &mut self,
         mesh: &TriMesh,
@@ -260,7 +260,7 @@ mod tests {
     use crate::fit::targets::Count;
     use mesh_shapes::Sphere;
 
-    /// Those that stay with their face and those that are looked for anew are as far as closest points.
+    /// Pairs that stay with their face, and pairs that are searched again, are as close as closest points.
     #[test]
     fn pairs_follow_a_mesh_whose_vertices_move() {
         let sphere = |cuts| {
@@ -282,7 +282,7 @@ mod tests {
         let anew = Pairs::new(&mesh, &surface, targets());
         assert!(pairs.squares.len() == anew.squares.len() && before > pairs.squares.len());
         assert_eq!(pairs.target_count(), anew.target_count());
-        // Other targets know where those before them were.
+        // Other targets start from the faces of the earlier ones.
         let near = pairs.faces_by_place(&mesh, original.triangle_count());
         let targets = Targets::new(&original, Count::OnEach(2), 1);
         let following = Pairs::following(&mesh, &surface, targets, &near);
@@ -292,7 +292,7 @@ mod tests {
             let more: Vec<f64> = (0..pairs.squares.len())
                 .map(|i| pairs.squares[i].sqrt() - surface.distance(pairs.point(i)))
                 .collect();
-            // A few are on one of two faces that are about as far.
+            // A few targets are paired with one of two faces that are about equally far away.
             assert!(more.iter().all(|&more| more > -1e-12 && more < most));
             assert!(more.iter().filter(|&&more| more > 1e-12).count() < more.len() / few);
         }

@@ -1,8 +1,8 @@
-//! Points spread over triangles by area, each with the share of the area that it stands for.
+//! Points spread over triangles by area, each with its share of the area.
 //!
-//! Triangles that are given so that neighbours in order are neighbours in space receive points at
-//! even steps of the area along the order: so every block receives its share of the points, rounded
-//! up or down, and eight consecutive points are close to each other.
+//! Consecutive triangles should be neighbours in space. Points are placed at equal steps of area along this order. So
+//! every block of triangles receives its share of the points, rounded up or down, and eight consecutive points are
+//! close to each other.
 
 use core::ops::Range;
 
@@ -10,24 +10,24 @@ use glam::DVec3;
 use mesh_core::SplitMix64;
 use mesh_core::parallel;
 
-/// How points are spread over triangles; where the corners of these are is told anew each time.
+/// The distribution of points over triangles. The caller passes the corners of the triangles with each query.
 pub(crate) struct Spread<'a> {
-    /// Indices of triangles, neighbours in space.
+    /// Indices of triangles, in an order in which neighbours are close in space.
     order: &'a [u32],
     numbers: Numbers,
-    /// The area that a point stands for on average.
+    /// The mean area per point.
     step: f64,
-    /// Whether every triangle has a point, or else all points stand for the same area.
+    /// Whether every triangle has a point, with different shares; otherwise all points have the same share.
     shares: bool,
-    /// Where the sequence across the triangles starts, in [0, 1).
+    /// Start of the sequence across the triangles, in [0, 1).
     shift: f64,
 }
 
-/// Which points each triangle has.
+/// The points of each triangle, by number.
 enum Numbers {
-    /// So many.
+    /// This number of points on each.
     Each(usize),
-    /// Those up to this number that the triangles before it do not have.
+    /// For each triangle, the number at which its points end.
     Until(Vec<u32>),
 }
 
@@ -38,9 +38,9 @@ pub(crate) struct Spot {
     pub(crate) place: usize,
     pub(crate) triangle: u32,
     pub(crate) point: DVec3,
-    /// The weights of the corners.
+    /// Barycentric weights.
     pub(crate) weights: DVec3,
-    /// The area that it stands for, relative to the mean.
+    /// The area per point, relative to the mean.
     pub(crate) share: f64,
 }
 
@@ -50,24 +50,25 @@ pub(crate) struct Spots {
     pub(crate) triangle: u32,
     pub(crate) corners: [DVec3; 3],
     numbers: Range<usize>,
-    /// The area that each stands for, relative to the mean.
+    /// The area that each point represents, relative to the mean.
     pub(crate) share: f64,
     shift: f64,
 }
 
-/// The fractional part of the golden section.
+/// The fractional part of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// Three points that give the mean of any quadratic function over a triangle: the weights of the
-/// corners in the one, each in turn nearest to a corner (Strang and Fix 1973, table 4.1).
+/// Weights of a rule with three points that integrates quadratic functions over a triangle exactly. Each point is
+/// nearest to one corner (Strang and Fix 1973, table 4.1).
 const THREE: [f64; 3] = [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0];
 
-/// Six that do so for cubic functions, by all orders of these weights (ibid.).
+/// Weights of a rule with six points that is exact for cubic functions; the points are all permutations of these
+/// weights (ibid.).
 const SIX: [f64; 3] = [0.659_027_622_374_092, 0.231_933_368_553_031, 0.109_039_009_072_877];
 
 impl<'a> Spread<'a> {
-    /// About `count` points. Where there are fewer triangles, each has one at least; where there
-    /// are more, some have none.
+    /// About `count` points. If there are fewer triangles than that, each has at least one point; otherwise some have
+    /// none.
     pub(crate) fn new(
         order: &'a [u32],
         corners: impl Fn(u32) -> [DVec3; 3] + Sync,
@@ -77,7 +78,7 @@ impl<'a> Spread<'a> {
         Self::by_area(order, corners, count, (order.len() <= count, seed))
     }
 
-    /// About `count` points that all stand for the same area: small triangles may have none.
+    /// About `count` points with equal shares. Small triangles may have none.
     pub(crate) fn even(
         order: &'a [u32],
         corners: impl Fn(u32) -> [DVec3; 3] + Sync,
@@ -87,7 +88,7 @@ impl<'a> Spread<'a> {
         Self::by_area(order, corners, count, (false, seed))
     }
 
-    /// So many points on each triangle, however large that is; none where there is no area at all.
+    /// `count` points on each triangle of any size; no points if the total area is zero.
     pub(crate) fn on_each(
         order: &'a [u32],
         corners: impl Fn(u32) -> [DVec3; 3] + Sync,
@@ -112,7 +113,7 @@ impl<'a> Spread<'a> {
         let (mut covered, mut given, mut end) = (0.0, 0, 0);
         let ends = areas.iter().map(|&area| {
             covered += area;
-            // Half a step on, so that the points are in the middle of their steps.
+            // The offset of half a step puts each point in the middle of its step.
             let until = (covered / step + 0.5) as u64;
             let points = (until - given).max(u64::from(on_each));
             given = until;
@@ -123,17 +124,17 @@ impl<'a> Spread<'a> {
         Self { order, numbers, step, shares: on_each, shift: shift(seed) }
     }
 
-    /// How many points there are.
+    /// The number of points.
     pub(crate) fn len(&self) -> usize {
         self.until(self.order.len())
     }
 
-    /// The points on the triangles in a range of places.
+    /// The numbers of the points on the triangles in a range of places.
     pub(crate) fn on(&self, places: Range<usize>) -> Range<usize> {
         self.until(places.start)..self.until(places.end)
     }
 
-    /// How many points are on the triangles before a place.
+    /// The number of points on the triangles before a place.
     fn until(&self, place: usize) -> usize {
         match &self.numbers {
             Numbers::Each(count) => place * count,
@@ -141,7 +142,7 @@ impl<'a> Spread<'a> {
         }
     }
 
-    /// The place of the triangle that each point is on; `None` where each triangle has as many.
+    /// The place of the triangle of each point; `None` if all triangles have the same number.
     pub(crate) fn places(&self) -> Option<Vec<u32>> {
         let Numbers::Until(ends) = &self.numbers else { return None };
         let mut places = Vec::with_capacity(self.len());
@@ -151,13 +152,13 @@ impl<'a> Spread<'a> {
         Some(places)
     }
 
-    /// Where a point is.
+    /// The position of a point.
     #[inline]
     pub(crate) fn point(&self, corners: impl Fn(u32) -> [DVec3; 3], number: usize) -> DVec3 {
         self.spots_with(corners, self.place_of(number), |_| 1.0).spot(number).point
     }
 
-    /// Where points are, by their numbers, in order.
+    /// The positions of a range of points.
     pub(crate) fn points(
         &self,
         corners: impl Fn(u32) -> [DVec3; 3],
@@ -183,7 +184,7 @@ impl<'a> Spread<'a> {
         }
     }
 
-    /// Points by their numbers, in order.
+    /// The points in a range of numbers.
     pub(crate) fn spots<'s>(
         &'s self,
         corners: impl Fn(u32) -> [DVec3; 3] + 's,
@@ -199,19 +200,19 @@ impl<'a> Spread<'a> {
             })
     }
 
-    /// The area that each point on the triangle in a place stands for, relative to the mean.
+    /// The area that each point on the triangle at this place represents, relative to the mean.
     #[inline]
     pub(crate) fn share(&self, place: usize, area: impl FnOnce() -> f64) -> f64 {
         let count = self.on(place..place + 1).len().max(1) as f64;
         if self.shares { area() / (count * self.step) } else { 1.0 }
     }
 
-    /// The triangle in a place.
+    /// The triangle at a place.
     pub(crate) fn triangle(&self, place: usize) -> u32 {
         self.order[place]
     }
 
-    /// The triangle in a place, and its points.
+    /// The triangle at a place, with its points.
     #[inline]
     pub(crate) fn spots_on(&self, corners: impl Fn(u32) -> [DVec3; 3], place: usize) -> Spots {
         self.spots_with(corners, place, |corners| self.share(place, || area(corners)))
@@ -245,7 +246,7 @@ impl Spots {
         Spot { place, triangle, point, weights, share }
     }
 
-    /// The weights of the corners.
+    /// The barycentric weights of a point.
     fn weights(&self, number: usize) -> DVec3 {
         let (index, count) = (number - self.numbers.start, self.numbers.len());
         match count {
@@ -257,7 +258,7 @@ impl Spots {
             }
             _ => {
                 let root = ((index as f64 + 0.5) / count as f64).sqrt();
-                // Steps of the golden section spread consecutive points evenly in the other direction.
+                // Steps of the golden ratio spread consecutive points evenly in the other direction.
                 let across = (self.shift + number as f64 * GOLDEN).fract();
                 DVec3::new(1.0 - root, root * (1.0 - across), root * across)
             }
@@ -265,7 +266,7 @@ impl Spots {
     }
 }
 
-/// Weights of the corners, each given to one that is so many farther on.
+/// Weights, rotated by `by` corners.
 fn turned([p, q, r]: [f64; 3], by: usize) -> DVec3 {
     match by {
         0 => DVec3::new(p, q, r),
@@ -274,7 +275,7 @@ fn turned([p, q, r]: [f64; 3], by: usize) -> DVec3 {
     }
 }
 
-/// Where the sequence across the triangles starts.
+/// The start of the sequence across the triangles.
 fn shift(seed: u64) -> f64 {
     SplitMix64::new(!seed).uniform()
 }
@@ -288,7 +289,7 @@ pub(crate) fn area(&[a, b, c]: &[DVec3; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Strips of a square, the first one twice as wide as the others.
+    /// Strips; the first one is twice as wide as the others.
     fn strip(index: u32) -> [DVec3; 3] {
         let width = if index == 0 { 2.0 } else { 1.0 };
         [DVec3::ZERO, DVec3::new(width, 0.0, 0.0), DVec3::new(0.0, 1.0, f64::from(index))]
@@ -302,7 +303,7 @@ mod tests {
             let spread = Spread::new(&order, strip, count, 3);
             let sum: f64 = spread.spots(strip, 0..spread.len()).map(|spot| spot.share).sum();
             let wanted = spread.step * sum;
-            // Without a point on each triangle the total is rounded to whole points.
+            // If some triangles have no point, the total is rounded to whole points.
             let rounding = if count < 100 { spread.step } else { 1e-9 };
             assert!((wanted - total).abs() <= rounding, "{count}: {wanted}, not {total}");
             assert!(spread.len().abs_diff(count) <= 100);
@@ -325,7 +326,7 @@ mod tests {
         }
         let part = spread.points(strip, 5..13);
         assert!(part.iter().eq(all[5..13].iter().map(|spot| &spot.point)));
-        // Without area there is nothing to share.
+        // Without area there are no points.
         assert_eq!(Spread::on_each(&[0, 1], |_| [DVec3::ONE; 3], 6, 1).len(), 0);
         assert_eq!(Spread::on_each(&order, strip, 0, 1).spots(strip, 0..0).count(), 0);
     }
@@ -373,7 +374,7 @@ mod tests {
     #[test]
     fn three_points_are_right_for_quadratic_functions_and_six_for_cubic_ones() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        // The integral of x^i y^j over the triangle is i! j! / (i + j + 2)!, its area a half.
+        // The integral of x^i y^j over the triangle is i! j! / (i + j + 2)!, and its area is one half.
         let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
         for (count, degree) in [(1, 1), (3, 2), (6, 3)] {
             let spread = Spread::new(&[0], |_| corners, count, 5);
@@ -388,7 +389,7 @@ mod tests {
         }
     }
 
-    /// The part of a triangle nearer to a corner than half way has a fourth of its area.
+    /// The part of a triangle within half the distance to a corner has a quarter of its area.
     #[test]
     fn many_points_are_as_many_everywhere() {
         let spread = Spread::new(&[0], strip, 400, 5);
@@ -399,7 +400,7 @@ mod tests {
         }
     }
 
-    /// Of any number n of steps of the golden section no gap is larger than 1.9 / n (Swierczkowski 1958).
+    /// For any number n of steps of the golden ratio, no gap is larger than 1.9 / n (Swierczkowski 1958).
     #[test]
     fn many_points_leave_no_gap_across() {
         for seed in 0..20 {

@@ -9,29 +9,29 @@ use crate::fit::constraints::FitConstraints;
 use crate::fit::element::Element;
 use crate::fit::freedom::Freedom;
 
-/// The normal equations of the Gauss-Newton step, in blocks of three by three: one for each vertex
-/// that is not fixed and one for each edge between two of these.
+/// The normal equations of the Gauss-Newton step, in blocks of three by three: one for each vertex that is not fixed,
+/// and one for each edge between two such vertices.
 pub(super) struct System {
     /// The vertices that are not fixed, in order.
     vertices: Vec<VertexId>,
-    /// The place of each vertex among these.
+    /// The place of each vertex in this list.
     place_of: Vec<u32>,
     /// The place of the block of each edge.
     block_of: Vec<u32>,
-    /// Where the neighbours of each vertex end.
+    /// The end of the neighbours of each vertex in `neighbours`.
     ends: Vec<u32>,
-    /// The places of the neighbours and of the blocks of the edges to them.
+    /// The places of the neighbours, and of the blocks of the edges to them.
     neighbours: Vec<[u32; 2]>,
     of_vertex: Vec<Symmetric3>,
     of_edge: Vec<Symmetric3>,
-    /// Minus the gradient where the vertices are.
+    /// The negative gradient at the vertices.
     residual: Vec<DVec3>,
 }
 
-/// The place of what has none.
+/// Marks an element without a place.
 const NONE: u32 = u32::MAX;
 
-/// Vertices whose neighbours one thread looks up at a time.
+/// The number of vertices in a block for one thread.
 const BLOCK: usize = 2048;
 
 impl System {
@@ -64,7 +64,7 @@ impl System {
                 for degree in degrees {
                     ends.push(ends.last().copied().unwrap_or(0) + degree as u32);
                 }
-                // Blocks in the order in which they are met, so that those of neighbours are close to each other.
+                // Blocks are numbered in the order of first use, so that blocks of neighbours are close in memory.
                 for (place, edge) in all {
                     let block = &mut block_of[edge.index()];
                     if *block == NONE {
@@ -91,7 +91,7 @@ impl System {
         }
     }
 
-    /// Adds a pair of the point that is `along` an edge, as a part of its length, and its target.
+    /// Adds a pair of a target and a point on an edge; `along` is the position of the point, from 0 to 1.
     pub(super) fn add_to_edge(&mut self, mesh: &TriMesh, edge: EdgeId, along: f64, target: DVec3) {
         let ends = mesh.topology().edge_vertices(edge);
         let [a, b] = ends.map(|v| mesh.position(v) - target);
@@ -119,8 +119,8 @@ impl System {
         }
     }
 
-    /// The displacement of each vertex that is not fixed, by conjugate gradients preconditioned
-    /// with the blocks of the vertices, until what is left is less than `tolerance` of the start.
+    /// The displacement of each vertex that is not fixed. The solver is conjugate gradients, preconditioned with the
+    /// blocks of the vertices. It ends when the residual falls below `tolerance` times its initial value.
     pub(super) fn solve(
         mut self,
         mesh: &TriMesh,
@@ -175,8 +175,8 @@ impl System {
     }
 }
 
-/// The inverse of the block of a vertex among the directions in which it may go. What it gives has
-/// no part in the others, so that conjugate gradients stay among these directions.
+/// The inverse of the block of a vertex, restricted to the directions in which the vertex may move. Its results lie in
+/// these directions, so conjugate gradients stay in this subspace.
 enum Inverse {
     Zero,
     Full(Factors),
@@ -202,6 +202,6 @@ impl Inverse {
     }
 }
 
-/// Relative to the trace of a block.
+/// Damping relative to the trace of a block.
 const DAMPING: f64 = 1e-9;
 const ITERATIONS: usize = 60;

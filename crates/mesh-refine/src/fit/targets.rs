@@ -1,4 +1,4 @@
-//! Points of the original that the mesh is drawn to.
+//! Points of the original that attract the mesh.
 
 use core::ops::Range;
 use std::borrow::Cow;
@@ -9,14 +9,14 @@ use mesh_metric::Surface;
 use crate::block_loop::for_blocks_in_turn;
 use crate::fit::spread::Spread;
 
-/// A point of the original that the mesh is drawn to.
+/// A point of the original that attracts the mesh.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FitTarget {
     pub(crate) point: DVec3,
     pub(crate) normal: DVec3,
-    /// How much of the area it stands for, relative to that of a pair at the usual density.
+    /// The area that it represents, relative to a pair at the usual density.
     pub(crate) share: f64,
-    /// The triangle that it lies on, if that is known.
+    /// The triangle that contains it, if known.
     pub(crate) triangle: Option<u32>,
 }
 
@@ -42,25 +42,25 @@ pub(super) fn normal_and_area([a, b, c]: [DVec3; 3]) -> (DVec3, f64) {
     (if normal.is_finite() { normal } else { DVec3::ZERO }, 0.5 * length)
 }
 
-/// Points of the original, neighbours close to each other.
+/// Points of the original, ordered so that consecutive points are close in space.
 pub(super) struct Targets<'a> {
     original: &'a Surface,
     spread: Spread<'a>,
-    /// Where they are, and on which triangles; where each triangle has as many, that is made anew when it is
-    /// asked for: there are most points then, and they would take more memory than all else in a fit.
+    /// The positions and triangles of the points. If each triangle has the same number, there are the most points, and
+    /// storing them would take more memory than the rest of a fit. They are then computed when needed.
     kept: Option<(Vec<DVec3>, Vec<u32>)>,
 }
 
-/// How many points there are.
+/// The number of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Count {
-    /// So many on each triangle.
+    /// This number on each triangle.
     OnEach(usize),
-    /// About so many in all, by area.
+    /// About this number in total, by area.
     About(usize),
 }
 
-/// Points that are made by one thread at a time.
+/// The number of points in a block for one thread.
 const BLOCK: usize = 512;
 
 impl<'a> Targets<'a> {
@@ -102,7 +102,7 @@ impl<'a> Targets<'a> {
         }
     }
 
-    /// Where among the triangles a point is.
+    /// The place of the triangle of a point.
     #[inline]
     pub(super) fn place(&self, index: usize) -> usize {
         match &self.kept {
@@ -111,7 +111,7 @@ impl<'a> Targets<'a> {
         }
     }
 
-    /// The normal of the triangle that a point is on, of any length.
+    /// The normal of the triangle of a point, of any length.
     #[inline]
     pub(super) fn normal(&self, index: usize) -> DVec3 {
         let triangle = self.spread.triangle(self.place(index));
@@ -119,8 +119,8 @@ impl<'a> Targets<'a> {
         (b - a).cross(c - a)
     }
 
-    /// What the targets on the triangle in a place have in common; `density` is the share of one that stands
-    /// for the mean area of all.
+    /// The data shared by the targets on the triangle at a place. `density` is the share of a target that represents
+    /// the mean area of all.
     pub(super) fn on(&self, place: usize, density: f64) -> Ground {
         let triangle = self.spread.triangle(place);
         let (normal, area) = normal_and_area(self.original.triangle(triangle as usize));
@@ -128,7 +128,7 @@ impl<'a> Targets<'a> {
     }
 }
 
-/// A triangle of the original as its targets see it.
+/// The data of a triangle of the original that its targets share.
 pub(super) struct Ground {
     pub(super) place: usize,
     triangle: u32,

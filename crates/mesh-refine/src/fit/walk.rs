@@ -1,30 +1,30 @@
-//! The face under a point, by a walk over the mesh.
+//! Walks over the mesh to the face under a point.
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 use mesh_metric::{NoFoot, foot_inside};
 
-/// A foot counts when the square of its distance is at most this part of twice the area of the face: farther away,
-/// the face of another flat mesh or component of the mesh may well be the closest one.
+/// A foot is accepted if its squared distance is at most this factor times twice the area of the face. Farther away, a
+/// face of another sheet or component may be the closest one.
 const NEAR: f64 = 1e-3;
 
-/// After so many steps a search in a tree is quicker.
+/// After this many steps, a search in a tree is faster.
 const MOST_STEPS: usize = 8;
 
-/// Where a walk has ended.
+/// The end of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum End {
-    /// On a face on which the foot of the point is inside, at this squared distance.
+    /// A face on which the foot of the point lies inside, and the squared distance.
     Foot(FaceId, f64),
-    /// On a face beyond which it could not go on, or was not worth it.
+    /// The walk could not leave this face: it met the boundary, came back to the previous face, or took too many steps.
     Face(FaceId),
-    /// Far from the point, or on the far side of a thin flat mesh.
+    /// The face is far from the point, or its normal points the other way, as on the far side of a thin sheet.
     Elsewhere,
 }
 
-/// Walks from a face towards a point near the mesh, always across the side beyond which the foot of the point falls
-/// farthest, until it is inside; not over a boundary, nor around a ridge that the point is over. Where the mesh looks
-/// another way than `normal`, the walk has gone astray.
+/// Walks from a face towards a point near the mesh. Each step crosses the side beyond which the foot of the point lies
+/// farthest, until the foot is inside. A walk never crosses the boundary or steps back. If the normal of the last face
+/// opposes `normal`, the walk has failed.
 #[inline]
 pub(super) fn walk_to(mesh: &TriMesh, start: FaceId, point: DVec3, normal: DVec3) -> End {
     let topology = mesh.topology();
@@ -54,7 +54,8 @@ mod tests {
     use mesh_metric::Surface;
     use mesh_shapes::{Plane, Sphere};
 
-    /// Where a walk ends with a foot, no other face is closer by more than the bend of the surface makes of it.
+    /// If a walk ends with a foot, other faces are closer at most by an amount that the curvature of the surface
+    /// explains.
     #[test]
     fn walks_end_at_the_closest_faces() {
         let sphere = |cuts| {
@@ -67,7 +68,7 @@ mod tests {
         for face in fine.topology().faces() {
             let point = fine.triangle(face).iter().sum::<DVec3>() / 3.0;
             let closest = surface.closest(point);
-            // From a face that is a few steps away.
+            // The walk starts from a face a few steps away.
             let start = surface.closest(point + DVec3::new(0.03, -0.05, 0.03)).face;
             asked += 1;
             if let End::Foot(_, squared) = walk_to(&mesh, start, point, point) {
@@ -87,11 +88,11 @@ mod tests {
         let start = mesh.topology().faces().next().unwrap();
         let to =
             |x: f64, z: f64, normal: DVec3| walk_to(&mesh, start, DVec3::new(x, -0.9, z), normal);
-        // At most .0158 away.
+        // The limit of the distance is 0.0158.
         let End::Foot(_, squared) = to(-0.3, 0.015, DVec3::Z) else { panic!("no foot") };
         assert!((squared - 0.015 * 0.015).abs() < 1e-15);
         assert!(matches!(to(-1.2, 0.0, DVec3::Z), End::Face(_)));
-        // From below, and farther from the mesh than suits the size of its faces.
+        // From below, and at a distance too large for the size of the faces.
         assert_eq!([to(-0.3, 0.015, -DVec3::Z), to(-0.3, 0.016, DVec3::Z)], [End::Elsewhere; 2]);
     }
 }

@@ -1,8 +1,7 @@
-//! What a change of the mesh makes of the distances.
+//! Update of the distances after a change of the mesh.
 //!
-//! After a change of a few faces only what these were closest to is asked again: other points can
-//! only have come closer, to a face that has changed. Most changes are in vain, as the first few
-//! distances tell.
+//! After a change of a few faces, only the points that were closest to them are measured again. Other points can only
+//! have come closer to a face that has changed. Most changes are no improvement, and the first few distances show that.
 
 use glam::DVec3;
 use mesh_core::{FaceId, Remap, RemapOf, TriMesh, VertexId};
@@ -12,12 +11,12 @@ use crate::block_loop::{for_blocks_in_turn, values_in_turn};
 use crate::max_error::elements::{Elements, is_unknown};
 use crate::max_error::points::{BLOCK, Closest, Heights, Peaks};
 
-/// What became of the elements of a mesh.
+/// The relation between the elements before and after a change.
 #[derive(Clone, Copy)]
 pub(super) enum Became<'r> {
-    /// They are the same, though maybe somewhere else.
+    /// The handles are the same; positions may have changed.
     Same,
-    /// They were renumbered.
+    /// The elements were renumbered.
     Other(&'r Remap),
 }
 
@@ -33,11 +32,11 @@ impl Became<'_> {
     }
 }
 
-/// What distances become by a change of the mesh.
+/// The distances after a change of the mesh.
 pub(super) struct Change {
-    /// The new face of each old one that has not moved.
+    /// The new handle of each old face that has not moved.
     new_faces: Vec<Option<FaceId>>,
-    /// By the numbers of points, in order: those that were asked again, with their new faces.
+    /// The points that were measured again, in order, with their new faces.
     asked: Vec<(u32, Closest)>,
     elements: Elements,
     sums: [f64; 2],
@@ -45,8 +44,8 @@ pub(super) struct Change {
 }
 
 impl Peaks<'_> {
-    /// What the distances are for another mesh without gaps that this one, `before`, has become; `None` if any is not
-    /// below `bar`.
+    /// The distances of the mesh `mesh`, which was made from `before` and has no gaps; `None` if any distance reaches
+    /// `bar`.
     pub(super) fn after(
         &self,
         before: &TriMesh,
@@ -67,7 +66,7 @@ impl Peaks<'_> {
             .iter()
             .map(|&face| topology.face_vertices(face).map(|v| v.index() as u32))
             .collect();
-        // Without one that has changed there is none to come closer to.
+        // If no face has changed, no point can have come closer.
         let nearby = Surface::from_triangles(mesh.positions(), &triangles).ok();
         if !self.far_points_come_closer(&new_faces, nearby.as_ref(), bar) {
             return Ok(None);
@@ -135,7 +134,7 @@ impl Peaks<'_> {
         Ok(Some(Change { new_faces, asked, elements, sums, heights }))
     }
 
-    /// Makes these the distances of the mesh after a change.
+    /// Replaces the distances by the distances after a change.
     pub(super) fn take_up(&mut self, change: Change) {
         for closest in &mut self.forward {
             if let Some(new) = change.new_faces[closest.face.index()] {
@@ -148,7 +147,7 @@ impl Peaks<'_> {
         (self.elements, self.sums, self.heights) = (change.elements, change.sums, change.heights);
     }
 
-    /// The new face of each that has not moved, and the distances of all elements that have not.
+    /// The new handle of each face that has not moved, and the distances of all elements that have not moved.
     fn kept(
         &self,
         before: &TriMesh,
@@ -182,7 +181,7 @@ impl Peaks<'_> {
         (new_faces, elements)
     }
 
-    /// Whether all points whose face has stayed and that are as far as the bar have come below it.
+    /// Whether all points at or above the bar, whose face has stayed, have fallen below it.
     fn far_points_come_closer(
         &self,
         new_faces: &[Option<FaceId>],
@@ -199,9 +198,9 @@ impl Peaks<'_> {
             })
     }
 
-    /// Which faces of the mesh have points that may be closer to another surface, by index. A point at the
-    /// distance d from its face is at most r + d from the centroid of that, where r is as far as the
-    /// corners are, and so what is closer to the point than d is within r + 2 d of the centroid.
+    /// Whether each face has points that may be closer to another surface. A point at the distance d from its face is
+    /// at most r + d from the centroid of the face, where r is the distance of the farthest corner. So any surface
+    /// closer to the point than d is within r + 2 d of the centroid.
     fn faces_near(&self, mesh: &TriMesh, other: &Surface) -> Vec<bool> {
         let topology = mesh.topology();
         let mut farthest = vec![0.0_f64; topology.face_capacity()];
@@ -230,7 +229,7 @@ impl Peaks<'_> {
     }
 }
 
-/// More than the rounding of a distance between points of a mesh, relative to it.
+/// A bound on the relative rounding error of distances between points of a mesh.
 const ROUNDING: f64 = 1e-9;
 
 #[cfg(test)]
@@ -240,7 +239,7 @@ mod tests {
     use crate::max_error::points::tests::plane;
     use mesh_core::EdgeId;
 
-    /// What is asked again after a change is what would be asked anew.
+    /// The updated distances equal the distances computed again from the start.
     fn check_after(before: &TriMesh, after: &TriMesh, original: &Surface, vertex_map: Became<'_>) {
         let points = Points::new(original, 0.5, 400);
         let old = Peaks::new(before, original, &points).unwrap();
@@ -261,7 +260,7 @@ mod tests {
         assert_eq!(ours.largest, theirs.largest);
         assert!((ours.mean / theirs.mean - 1.0).abs() < 1e-13);
         assert!((ours.rms / theirs.rms - 1.0).abs() < 1e-13);
-        // A bar tells whether the largest distance is below it.
+        // With a bar, the result tells whether the largest distance is below it.
         assert!(under(theirs.largest).is_none() && under(0.5 * theirs.largest).is_none());
         assert!(under(1.000_001 * theirs.largest).is_some());
     }
@@ -275,7 +274,7 @@ mod tests {
         moved.positions_mut()[45].z += 0.3;
         moved.positions_mut()[12].z -= 0.2;
         check_after(&before, &moved, &original, Became::Same);
-        // Split, collapsed and renumbered.
+        // After a split, a collapse and renumbering.
         let mut other = before.clone();
         let face = other.topology().faces().nth(77).unwrap();
         let at = other.triangle(face).iter().sum::<DVec3>() / 3.0 + 0.4 * DVec3::Z;

@@ -1,4 +1,4 @@
-//! How far the original is from the vertices, edges and faces of a mesh.
+//! Distances of the original from the vertices, edges and faces of a mesh.
 
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, Topology, TriMesh, VertexId};
@@ -6,8 +6,8 @@ use mesh_metric::Surface;
 
 use crate::block_loop::values_in_turn;
 
-/// How far the original is from each vertex, from the middle of each edge, and from the centre of each face of a mesh,
-/// by index; 0 from what has no face.
+/// The distance of the original from each vertex, from the midpoint of each edge, and from the centroid of each face of
+/// a mesh, by index; 0 for elements without a face.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Elements {
     pub(super) of_vertex: Vec<f64>,
@@ -23,10 +23,11 @@ enum Element {
     Face(FaceId),
 }
 
-/// A distance that was not asked for yet.
+/// A distance that was not measured yet.
 const UNKNOWN: f64 = -1.0;
 
-/// Faces whose elements one thread asks for at a time, and all together, so that these take little memory.
+/// The number of faces whose elements one thread measures together, and the number for all threads. The limit saves
+/// memory.
 const FACES: usize = 256;
 const AT_ONCE: usize = 64 * FACES;
 
@@ -35,7 +36,7 @@ pub(super) fn is_unknown(distance: f64) -> bool {
 }
 
 impl Elements {
-    /// Of a mesh of which nothing is known.
+    /// The elements of a mesh without any measurement.
     pub(super) fn unknown(topology: &Topology) -> Self {
         Self {
             of_vertex: vec![UNKNOWN; topology.vertex_capacity()],
@@ -44,13 +45,12 @@ impl Elements {
         }
     }
 
-    /// All of them.
+    /// The distances of all elements.
     pub(super) fn distances(&self) -> impl Iterator<Item = f64> + '_ {
         self.of_vertex.iter().chain(&self.of_edge).chain(&self.of_face).copied()
     }
 
-    /// Finds those that are unknown. The faces, which are all that there are, come in an order in which neighbours are
-    /// close to each other.
+    /// Measures the unknown distances. `faces` are all faces, ordered so that consecutive faces are close in space.
     pub(super) fn ask(&mut self, mesh: &TriMesh, original: &Surface, faces: &[FaceId]) {
         for faces in faces.chunks(AT_ONCE) {
             let found = values_in_turn(faces.len(), FACES, |range| {
@@ -62,14 +62,14 @@ impl Elements {
                 *self.slot(element) = distance;
             }
         }
-        // What is left has no face.
+        // The remaining elements have no face.
         for distances in [&mut self.of_vertex, &mut self.of_edge, &mut self.of_face] {
             distances.iter_mut().filter(|d| is_unknown(**d)).for_each(|d| *d = 0.0);
         }
     }
 
-    /// The elements of some faces whose distance is unknown, each with its point: of vertices and edges those that no
-    /// other face has to ask for.
+    /// The elements of some faces whose distance is unknown, each with its point. A vertex or edge is included only
+    /// with the one face that is responsible for it.
     fn unknown_of(&self, mesh: &TriMesh, faces: &[FaceId]) -> (Vec<Element>, Vec<DVec3>) {
         let topology = mesh.topology();
         let (mut elements, mut points) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Fits in which the farthest pairs count most, around the largest errors alone.
+//! Fits around the largest errors in which the farthest pairs have the largest weights.
 
 use glam::DVec3;
 use mesh_collapse::Phase;
@@ -15,16 +15,16 @@ use crate::max_error::change::Became;
 use crate::max_error::points::{Heights, Most, Peaks};
 use crate::observer::Observer;
 
-/// A step that lowers the largest distance by less than this ratio is not worth another.
+/// A step must lower the largest distance at least by this factor; otherwise there is no further step.
 const ENOUGH: f64 = 0.999;
 
-/// The parts of a step that are tried, one after the other.
+/// The fractions of a step that are tried, in this order.
 const STEPS: [f64; 4] = [1.0, 0.5, 0.25, 0.12];
 
-/// What counts as a peak there, relative to the largest distance.
+/// The distance at which a peak starts, relative to the largest distance.
 const FLATTENED: f64 = 0.85;
 
-/// Whether no face turns too far or becomes a sliver between two meshes of the same connectivity.
+/// Whether no face turns too far or becomes a sliver between two meshes with the same connectivity.
 fn keeps_faces(before: &TriMesh, after: &TriMesh) -> bool {
     before.topology().faces().all(|face| {
         let (old, new) = (before.triangle(face), after.triangle(face));
@@ -33,7 +33,7 @@ fn keeps_faces(before: &TriMesh, after: &TriMesh) -> bool {
 }
 
 impl Peaks<'_> {
-    /// Moves the vertices around the largest errors so that these become lower, as long as that works.
+    /// Moves the vertices around the largest errors to lower them, as long as that works.
     pub(super) fn flatten(
         &mut self,
         mesh: &mut TriMesh,
@@ -68,11 +68,11 @@ impl Peaks<'_> {
                     of_face.for_each(|(_, target)| act(target));
                 },
             );
-            // While distances are measured there had better be room for them.
+            // Frees memory for the measurement of distances.
             drop((surface, pulled));
             let moved = moved.positions().to_vec();
             let mut better = None;
-            // A part of a step without intersections may have some.
+            // A fraction of a step without intersections may cause intersections.
             let parts = if once.forbid_intersections { &STEPS[..1] } else { &STEPS[..] };
             for &part in parts {
                 let mut next = mesh.clone();
@@ -97,8 +97,8 @@ impl Peaks<'_> {
         Ok(())
     }
 
-    /// What draws the faces of which a corner moves, by face: new samples of the original there, and
-    /// points of it that are more than half as far as the farthest.
+    /// The targets of the faces with a moving corner, sorted by face: new samples of the original, and points of the
+    /// original that are more than half as far as the farthest.
     fn pulled(
         &self,
         mesh: &TriMesh,
@@ -150,7 +150,7 @@ impl Peaks<'_> {
         all
     }
 
-    /// The constraints, with all vertices fixed that are not next to a face with a peak.
+    /// The constraints, with all vertices fixed that do not belong to a face with a peak.
     fn all_but_peaks_fixed(&self, mesh: &TriMesh, constraints: &FitConstraints) -> FitConstraints {
         let bar = FLATTENED * self.heights.largest;
         let topology = mesh.topology();
@@ -164,7 +164,7 @@ impl Peaks<'_> {
         let corners = far.flat_map(|(face, _)| topology.face_vertices(face));
         let own = topology.vertices().filter(|v| self.elements.of_vertex[v.index()] > bar);
         let mut fixed = topology.vertex_map(true);
-        // Many far points may belong to the faces of one vertex, and its ring may be large.
+        // Many far points may belong to the faces of one vertex, and the vertex may have many neighbours.
         let mut is_done = topology.vertex_map(false);
         for v in corners.chain(own) {
             if !core::mem::replace(&mut is_done[v], true) {
@@ -178,7 +178,7 @@ impl Peaks<'_> {
     }
 }
 
-/// Whether the largest errors are enough lower than before, and the mean is not too high.
+/// Whether the largest error has fallen enough, and the mean is not too high.
 fn is_worth_it(found: Heights, before: Heights, most: Most) -> bool {
     found.largest < ENOUGH * before.largest && found.mean <= most.mean
 }
@@ -215,12 +215,12 @@ mod tests {
                 corners.contains(&v) || topology.one_ring(v).any(|w| corners.contains(&w));
             assert_eq!(fixed[v], !is_near, "{v:?}");
         }
-        // What was fixed before stays fixed.
+        // Vertices that were fixed before stay fixed.
         let mut given = topology.vertex_map(false);
         given[corners[0]] = true;
         let all = FitConstraints { fixed: Some(given), ..all };
         assert!(max_error.all_but_peaks_fixed(&mesh, &all).fixed.unwrap()[corners[0]]);
-        // Vertices of the mesh that are far away are largest errors as well.
+        // Vertices of the mesh that are far from the original are peaks as well.
         max_error.elements.of_face.fill(0.0);
         max_error.elements.of_vertex.fill(2.0 * 0.849);
         let peak = VertexId::from_index(80);

@@ -1,13 +1,11 @@
-//! Taking down the largest errors.
+//! Reduction of the largest errors.
 //!
-//! A metric that adds up squared distances over areas lets a small part go far from its place. Where
-//! that is asked for, the vertices around the largest distances first move to a place where these are
-//! smaller: a fit in which the farthest pairs count most. Then each round looks for the vertices of
-//! the original that are farthest from the mesh, puts vertices there, and collapses the cheapest
-//! edges elsewhere until there are as many faces as before.
-//! Vertices of the mesh that are far from the original go back to it. The result is kept when the
-//! largest distance has become smaller and the root mean square is not much larger than at the
-//! start.
+//! A metric that sums squared distances over areas allows a small part to be far from its place. The reduction first
+//! moves the vertices around the largest distances to lower them: a fit in which the farthest pairs have the largest
+//! weights. Then each round finds the vertices of the original that are farthest from the mesh, inserts vertices there,
+//! and collapses the cheapest edges elsewhere until the number of faces is as before. Vertices of the mesh that are far
+//! from the original are moved back to it. The result of a round is kept if the largest distance has fallen and the
+//! root mean square is not much larger than at the start.
 
 mod change;
 mod elements;
@@ -27,31 +25,31 @@ use crate::max_error::change::Became;
 use crate::max_error::points::{Heights, Most, Peaks, Points};
 use crate::observer::Observer;
 
-/// How to take down largest errors; see [`reduce_max_error`].
+/// Options of [`reduce_max_error`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MaxErrorOptions {
-    /// How many rounds at most.
+    /// Largest number of rounds.
     pub rounds: usize,
-    /// What counts as a peak in a round, relative to the largest distance.
+    /// The distance at which a peak starts in a round, relative to the largest distance.
     pub above: f64,
-    /// The most vertices that are put in place in a round, as a part of the faces.
+    /// Largest number of vertices that are inserted in a round, relative to the number of faces.
     pub share: f64,
-    /// How far apart points are on the longer edges of the original, which are measured besides its
-    /// vertices: in roots of the mean area of its triangles.
+    /// Distance between points on the longer edges of the original, which are measured in addition to its vertices,
+    /// relative to the square root of the mean area of its triangles.
     pub spacing: f64,
-    /// How much the mean or the root mean square of the distances may rise in all, as a ratio.
+    /// Largest factor by which the mean or the root mean square of the distances may rise.
     pub max_rise: f64,
-    /// How many faces must be left. A around that ends on the boundary may take one more than it
-    /// has made.
+    /// The smallest number of faces of the result. A round that ends on the boundary may remove one face more than it
+    /// has added.
     pub min_faces: usize,
-    /// How the vertices around the largest errors are fitted before the rounds and after each that was kept,
-    /// with [`FitOptions::tail`], for as many rounds as that lowers the largest errors; edges are not
-    /// flipped. Not at all with 0 rounds.
+    /// Options of the fit around the largest errors, before the rounds and after each round that was kept. It uses
+    /// [`FitOptions::tail`], and continues for as many rounds as the largest errors fall; edges are not flipped. With 0
+    /// rounds there is no such fit.
     pub fit: FitOptions,
-    /// Whether faces must not come to cross that did not before.
+    /// Whether faces must not intersect if they did not before.
     pub forbid_intersections: bool,
-    /// How many vertices every component keeps.
+    /// The number of vertices that every component keeps.
     pub min_component_vertices: Option<usize>,
 }
 
@@ -78,7 +76,7 @@ impl Default for MaxErrorOptions {
 }
 
 impl MaxErrorOptions {
-    /// Whether the options make sense.
+    /// Checks that the options are in range.
     pub fn check(&self) -> Result<(), RefineError> {
         let is_part = |x: f64| (0.0..=1.0).contains(&x);
         let part = "between 0 and 1";
@@ -93,30 +91,30 @@ impl MaxErrorOptions {
     }
 }
 
-/// What [`reduce_max_error`] did.
+/// Report of [`reduce_max_error`].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MaxErrorReport {
-    /// How many rounds were made.
+    /// Number of rounds.
     pub rounds: usize,
-    /// How many of them were kept.
+    /// Number of rounds that were kept.
     pub kept: usize,
-    /// The largest distance at the start, of the points of both surfaces that were measured.
+    /// The largest distance at the start, over the measured points of both surfaces.
     pub largest_before: f64,
     /// That distance at the end.
     pub largest_after: f64,
-    /// For each vertex of the mesh that was given, the vertex that it has become.
+    /// For each vertex of the input mesh, the vertex of the result that it corresponds to.
     pub vertex_map: VertexMap<Option<VertexId>>,
 }
 
-/// Takes down the largest distances of the vertices of the original from a mesh without gaps. The
-/// number of faces does not rise; `constraints` follow the mesh.
+/// Reduces the largest distances of the vertices of the original from a mesh without gaps. The number of faces does not
+/// rise; `constraints` follow the mesh.
 ///
-/// Fixed vertices do not move, and boundary edges whose ends are both fixed are not split. Where that
-/// is asked for, no step makes faces cross that did not before.
+/// Fixed vertices do not move, and boundary edges whose ends are both fixed are not split. If intersections are
+/// forbidden, no step makes faces intersect that did not before.
 ///
 /// # Errors
-/// An option makes no sense, or the mesh has no faces.
+/// An option is out of range, or the mesh has no faces.
 pub fn reduce_max_error(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -127,7 +125,7 @@ pub fn reduce_max_error(
     reduce_max_error_observed(mesh, original, constraints, options, &mut Observer::none())
 }
 
-/// The same, until the observer says to stop: then with fewer rounds.
+/// [`reduce_max_error`] with an observer. If it stops the run, there are fewer rounds.
 pub(crate) fn reduce_max_error_observed(
     mesh: &mut TriMesh,
     original: &Surface,
@@ -148,7 +146,7 @@ pub(crate) fn reduce_max_error_observed(
     let most = Most { mean: options.max_rise * mean, rms: options.max_rise * rms };
     let (mut rounds, mut kept) = (0, 0);
     max_error.flatten(mesh, original, constraints, &fit, most, observer)?;
-    // As many as there are; when that is too many, the farthest only.
+    // At first all far vertices are moved back. If that fails, only the farthest are.
     let (mut share, mut returning) = (options.share, usize::MAX);
     let mut failed = 0;
     let step = CollapseBack {
@@ -159,9 +157,9 @@ pub(crate) fn reduce_max_error_observed(
         min_component_vertices: options.min_component_vertices,
         first: None,
     };
-    // Edges that are cheap, of which a round collapses a few.
+    // Cheap edges, of which a round collapses a few.
     let mut cheapest: Vec<EdgeId> = Vec::new();
-    // Which vertices the last round put where, when that was in vain: again, or nothing at all, would be, too.
+    // The vertices and positions of the last round, if it failed. The same change, or no change, would fail again.
     let mut in_vain = Vec::new();
     while rounds < options.rounds && failed < PATIENCE && max_error.heights.largest > 0.0 {
         if observer.stops(Phase::MaxError, mesh) {
@@ -216,19 +214,19 @@ pub(crate) fn reduce_max_error_observed(
     Ok(MaxErrorReport { rounds, kept, largest_before, largest_after, vertex_map: map })
 }
 
-/// Of so many cheap edges for each vertex that is put in place, enough are neither near the largest errors nor have become
-/// dear since they were found.
+/// The number of cheap edges for each inserted vertex. It is large enough for the case that some of them are near the
+/// largest errors or have become more expensive since they were found.
 const CHEAPEST: usize = 16;
-/// That few are found at least, so that they last for some rounds.
+/// The smallest number of cheap edges to find, so that they last for several rounds.
 const FEWEST_CHEAPEST: usize = 256;
 
-/// After so many rounds in vain in a row, it is enough.
+/// The number of consecutive failed rounds after which the reduction ends.
 const PATIENCE: usize = 2;
 
-/// What is tried of the share after a round in vain.
+/// The factor on the share after a failed round.
 const LESS: f64 = 0.3;
 
-/// How many vertices are put in place in one round.
+/// The number of vertices that are inserted in one round.
 fn at_once(share: f64, faces: usize) -> usize {
     ((share * faces as f64) as usize).max(1)
 }
@@ -271,7 +269,7 @@ mod tests {
         let (mut mesh, original) = (wave(6), Surface::new(&wave(20)).unwrap());
         let before = mesh.clone();
         let mut constraints = FitConstraints::default();
-        // Once with as many vertices as there are, and then as often as there is patience.
+        // One round with all far vertices, and then as many failed rounds as are allowed.
         let options =
             MaxErrorOptions { rounds: 20, min_faces: usize::MAX, ..MaxErrorOptions::default() };
         let report = reduce_max_error(&mut mesh, &original, &mut constraints, &options).unwrap();
@@ -279,7 +277,7 @@ mod tests {
         assert_eq!(PATIENCE, 2);
         assert_eq!(mesh.positions(), before.positions());
         assert_eq!(report.largest_before, report.largest_after);
-        // Nothing counts as a peak when it has to be above the largest of them.
+        // With a bar at the largest distance, there are no peaks.
         let options = MaxErrorOptions { above: 1.0, ..MaxErrorOptions::default() };
         let report = reduce_max_error(&mut mesh, &original, &mut constraints, &options).unwrap();
         assert_eq!((report.rounds, report.kept), (1 + PATIENCE, 0));

@@ -1,4 +1,4 @@
-//! Vertices where the original is far from the mesh, or the mesh from the original.
+//! Moves and insertion of vertices where the mesh and the original are far apart.
 
 use glam::DVec3;
 use mesh_collapse::NewIntersections;
@@ -12,7 +12,7 @@ use crate::fit::moves::try_move;
 use crate::max_error::points::Peaks;
 
 impl Peaks<'_> {
-    /// Moves vertices that are farther away than `bar` to the original. Returns them.
+    /// Moves vertices that are farther away than `bar` to the original, at most `most` of them. Returns these vertices.
     pub(super) fn bring_back(
         &self,
         mesh: &mut TriMesh,
@@ -45,8 +45,8 @@ impl Peaks<'_> {
         moved
     }
 
-    /// Puts vertices at the points that are farther away than `bar`, the farthest first, no two of
-    /// them at the same or at neighbouring faces. Returns them.
+    /// Inserts vertices at the points that are farther away than `bar`, the farthest first. No two of them are at the
+    /// same face or at neighbouring faces. Returns the new vertices.
     pub(super) fn put_vertices(
         &self,
         mesh: &mut TriMesh,
@@ -63,7 +63,7 @@ impl Peaks<'_> {
                 continue;
             }
             for v in mesh.topology().face_vertices(face) {
-                // Faces that were made here are beyond the end.
+                // Faces made in this loop are beyond the end of the list.
                 let round = mesh.topology().faces_of_vertex(v);
                 for f in round {
                     if let Some(used) = used.get_mut(f.index()) {
@@ -87,11 +87,11 @@ fn farthest_first(distances: impl Iterator<Item = f64>, bar: f64) -> Vec<usize> 
     far.into_iter().map(|(i, _)| i).collect()
 }
 
-/// Below this weight of a corner the closest point counts as on the side opposite to it.
+/// Below this weight of a corner, the closest point counts as lying on the opposite side.
 const ON_SIDE: f64 = 0.1;
 
-/// Splits the face or the edge that is closest to `point` there, unless it must stay as it is, a sliver would arise,
-/// or, where `found` watches, faces would come to cross.
+/// Splits the face or the edge closest to `point` there. Does nothing if it must stay as it is, if a sliver would
+/// arise, or if `found` is given and faces would intersect.
 fn put_vertex(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
@@ -137,15 +137,14 @@ fn put_vertex(
     Some(vertex)
 }
 
-/// Whether an edge of the boundary must stay as it is: nothing moves there, or neither end does.
+/// Whether a boundary edge must stay as it is: the boundary does not move, or both ends are fixed.
 fn is_locked(mesh: &TriMesh, constraints: &FitConstraints, edge: EdgeId) -> bool {
     let topology = mesh.topology();
     let ends = topology.edge_vertices(edge);
     topology.is_boundary_edge(edge) && ends.iter().all(|&v| constraints.is_fixed(topology, v))
 }
 
-/// The triangles that take the place of faces when a vertex at `point` is joined to all their sides
-/// but the one that is split.
+/// The triangles that replace faces when a vertex at `point` is joined to all their sides except the split edge.
 fn fan(
     mesh: &TriMesh,
     faces: &[FaceId],

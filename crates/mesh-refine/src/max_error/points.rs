@@ -1,4 +1,4 @@
-//! How far a mesh and the original are from each other, point by point.
+//! Distances between a mesh and the original, point by point.
 
 use core::ops::Range;
 
@@ -10,21 +10,21 @@ use crate::block_loop::{for_blocks_in_turn, values_in_turn};
 use crate::fit::spread::{Spread, area};
 use crate::max_error::elements::Elements;
 
-/// Points of the original, to be asked how far they are from the mesh; by their numbers, in which neighbours
-/// are mostly close to each other.
+/// Points of the original at which the distance from the mesh is measured. Consecutive numbers are mostly close in
+/// space.
 pub(super) struct Points<'a> {
     original: &'a Surface,
     /// The vertices, which come first.
     pub(super) vertices: Vec<u32>,
-    /// Points on edges that are longer than most, and samples.
+    /// Points on long edges, and samples.
     others: Vec<DVec3>,
-    /// From this number on samples, uniform by area: the averages are those of these.
+    /// The number of the first sample. Samples are uniform by area, and averages are taken over them only.
     pub(super) samples: usize,
 }
 
 impl<'a> Points<'a> {
-    /// `spacing` is in roots of the mean area of the triangles; samples are as many as suit a mesh of
-    /// `faces` faces, but not more than one for every other triangle.
+    /// `spacing` is relative to the square root of the mean area of the triangles. The number of samples suits a mesh
+    /// of `faces` faces, and is at most one per two triangles or [`LEAST_SAMPLES`], whichever is more.
     pub(super) fn new(original: &'a Surface, spacing: f64, faces: usize) -> Self {
         let count = original.triangle_count();
         let samples = (SAMPLES_PER_FACE * faces).min((count / 2).max(LEAST_SAMPLES));
@@ -64,14 +64,14 @@ impl<'a> Points<'a> {
         numbers.map(|number| self.point(number)).collect()
     }
 
-    /// With the sums of the distances of all samples, and of their squares.
+    /// The statistics for these sums of the distances of all samples and of their squares.
     pub(super) fn heights(&self, largest: f64, [sum, squares]: [f64; 2]) -> Heights {
         let count = (self.len() - self.samples).max(1) as f64;
         Heights { largest, mean: sum / count, rms: (squares / count).max(0.0).sqrt() }
     }
 }
 
-/// The vertices that belong to a triangle, neighbours close to each other.
+/// The vertices that belong to a triangle, ordered so that consecutive vertices are close in space.
 fn vertices_in_space(surface: &Surface) -> Vec<u32> {
     let mut is_there = vec![false; surface.positions().len()];
     let mut vertices = Vec::with_capacity(surface.positions().len());
@@ -85,47 +85,47 @@ fn vertices_in_space(surface: &Surface) -> Vec<u32> {
     vertices
 }
 
-/// Points that one thread asks for at a time.
+/// The number of points in a block for one thread.
 pub(super) const BLOCK: usize = 1024;
 
 const SAMPLES_PER_FACE: usize = 10;
-/// So many samples may there be however few triangles the original has.
+/// This number of samples is allowed even if the original has few triangles.
 const LEAST_SAMPLES: usize = 40_000;
 const SEED: u64 = 1;
 
-/// The most points on an edge of the original.
+/// The largest number of points on an edge of the original.
 const MAX_ON_EDGE: usize = 100;
-/// The most points on all edges for each triangle. Long thin triangles side by side have far more long
-/// edges than there is to know about them: points are farther apart there.
+/// The largest number of points on edges per triangle. Long thin triangles side by side have many long edges; there,
+/// points are farther apart.
 const MAX_ON_EDGES_PER_FACE: usize = 4;
-/// So many points on edges may there be however few triangles the original has.
+/// This number of points on edges is allowed even if the original has few triangles.
 const LEAST_ON_EDGES: usize = 20_000;
 
-/// How far the averages may rise.
+/// Upper limits of the averages.
 #[derive(Clone, Copy)]
 pub(super) struct Most {
     pub(super) mean: f64,
     pub(super) rms: f64,
 }
 
-/// How far a mesh and the original are from each other in all.
+/// Statistics of the distances between a mesh and the original.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Heights {
-    /// The largest of all distances, both ways.
+    /// The largest of all distances, in both directions.
     pub(super) largest: f64,
-    /// The mean of the samples, and the root of the mean square.
+    /// The mean of the samples.
     pub(super) mean: f64,
     pub(super) rms: f64,
 }
 
-/// Distances of a mesh without gaps, both ways.
+/// Distances of a mesh without gaps, in both directions.
 #[derive(Clone)]
 pub(super) struct Peaks<'a> {
     pub(super) points: &'a Points<'a>,
-    /// For each of the points, the closest face of the mesh and the distance.
+    /// For each point, the closest face of the mesh and the distance.
     pub(super) forward: Vec<Closest>,
     pub(super) elements: Elements,
-    /// Of the distances of the samples, and of their squares.
+    /// Sums of the distances of the samples, and of their squares.
     pub(super) sums: [f64; 2],
     pub(super) heights: Heights,
 }
@@ -199,7 +199,7 @@ pub(super) mod tests {
 
     #[test]
     fn distances_are_those_of_points_vertices_centres_and_middles() {
-        // The plane z = x, and below it a square: the distance at x is x / sqrt 2.
+        // The plane z = x, with a square below it: the distance at x is x / sqrt 2.
         let tilted = Surface::new(&plane(8.0, 8, |p| p.with_z(p.x))).unwrap();
         let mesh = plane(1.0, 1, |p| p);
         let points = Points::new(&tilted, 3.0, 1);

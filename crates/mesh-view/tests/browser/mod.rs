@@ -1,7 +1,7 @@
-//! Headless Chromium, driven through its `DevTools` protocol: just as much of it as the tests need.
+//! Headless Chromium, controlled through its `DevTools` protocol, with only the functions that the tests need.
 //!
-//! The browser is Debian's `chromium`, or what the environment variable `CHROMIUM` names. Where
-//! there is none, [`Browser::start`] says so and returns `None`.
+//! The browser is Debian's `chromium`, or the program in the environment variable `CHROMIUM`. If there is none,
+//! [`Browser::start`] prints that and returns `None`.
 #![allow(
     dead_code,
     clippy::unwrap_used,
@@ -21,7 +21,7 @@ use base64::Engine;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-/// How long anything may take: machines of tests are slow, and so is drawing without a graphics card.
+/// The time limit of any operation. Test machines are slow, and so is drawing without a graphics card.
 const PATIENCE: Duration = Duration::from_secs(240);
 
 /// A running browser with one page.
@@ -42,7 +42,7 @@ impl Drop for Browser {
 }
 
 impl Browser {
-    /// Starts a browser with a window of this size; `None`, with the reason printed, without one.
+    /// Starts a browser with a window of this size. If that is impossible, prints the reason and returns `None`.
     pub(crate) fn start(size: [u32; 2]) -> Option<Self> {
         let program = std::env::var("CHROMIUM").unwrap_or_else(|_| "chromium".to_owned());
         let profile = tempfile::tempdir().unwrap();
@@ -76,7 +76,7 @@ impl Browser {
         };
         let errors = BufReader::new(process.stderr.take().unwrap());
         let (sender, receiver) = std::sync::mpsc::channel();
-        // The pipe is read to its end, or the browser would wait for it.
+        // The pipe must be read to its end, or the browser would block.
         std::thread::spawn(move || {
             for line in errors.lines().map_while(Result::ok) {
                 let _ = sender.send(line);
@@ -133,7 +133,7 @@ impl Browser {
         }
     }
 
-    /// The value of an expression; promises are waited for.
+    /// The value of an expression; waits for promises.
     pub(crate) fn eval(&mut self, expression: &str) -> Value {
         let parameters =
             json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
@@ -146,13 +146,13 @@ impl Browser {
         answer["result"]["value"].take()
     }
 
-    /// A number that an expression gives.
+    /// The numeric value of an expression.
     pub(crate) fn number(&mut self, expression: &str) -> f64 {
         let value = self.eval(expression);
         value.as_f64().unwrap_or_else(|| panic!("{expression} is {value}"))
     }
 
-    /// A text that an expression gives.
+    /// The text value of an expression.
     pub(crate) fn text(&mut self, expression: &str) -> String {
         let value = self.eval(expression);
         value.as_str().unwrap_or_else(|| panic!("{expression} is {value}")).to_owned()
@@ -182,12 +182,12 @@ impl Browser {
         assert_eq!(self.eval("curvmesh.error"), Value::Null);
     }
 
-    /// Waits until what was asked for is drawn.
+    /// Waits until all requested drawing is done.
     pub(crate) fn settle(&mut self) {
         self.eval("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))");
     }
 
-    /// Presses and releases a key, as [`KeyboardEvent.key`] calls it.
+    /// Presses and releases a key, named as in [`KeyboardEvent.key`].
     pub(crate) fn press(&mut self, key: &str) {
         for kind in ["keyDown", "keyUp"] {
             let mut event = json!({ "type": kind, "key": key });
@@ -234,7 +234,7 @@ impl Browser {
         self.settle();
     }
 
-    /// Sets a control as a person would: its value, and what tells the page of it.
+    /// Sets a control as a user would: its value, and the event for the page.
     pub(crate) fn set(&mut self, id: &str, value: &str) {
         let (id, value) = (json!(id), json!(value));
         self.eval(&format!(
@@ -270,7 +270,7 @@ impl Browser {
         self.picture(Some([clip[0], clip[1], clip[2], clip[3]]))
     }
 
-    /// What the page wrote to the console, every error, and every request but that for itself.
+    /// Messages of the page on the console, errors, and requests other than for the page itself.
     pub(crate) fn complaints(&mut self) -> Vec<String> {
         self.eval("1");
         let mut found = Vec::new();
@@ -281,14 +281,14 @@ impl Browser {
                 Some("Runtime.exceptionThrown") => found.push(parameters.to_string()),
                 Some("Log.entryAdded") => {
                     let text = parameters["entry"]["text"].to_string();
-                    // Reading what is under the pointer waits for the picture; the browser says so.
+                    // Reading the object under the pointer waits for the GPU, which the browser reports.
                     if !text.contains("GPU stall due to ReadPixels") {
                         found.push(text);
                     }
                 }
                 Some("Network.requestWillBeSent") => {
                     let url = parameters["request"]["url"].as_str().unwrap_or_default();
-                    // A blob is the page's own memory, such as the picture that is saved.
+                    // A blob is memory of the page, such as a saved picture.
                     if parameters["type"] != "Document" && !url.starts_with("blob:") {
                         found.push(format!("request for {url}"));
                     }
@@ -309,7 +309,7 @@ pub(crate) struct Pixels {
 }
 
 impl Pixels {
-    /// The share of pixels that differ from another picture by more than a little.
+    /// The share of pixels that differ noticeably from another picture.
     pub(crate) fn difference(&self, other: &Self) -> f64 {
         assert_eq!((self.width, self.height), (other.width, other.height));
         let pairs = self.rgba.chunks(4).zip(other.rgba.chunks(4));
@@ -340,7 +340,7 @@ impl Pixels {
         all.len()
     }
 
-    /// Keeps the picture for people to look at, if the variable `CURVMESH_SHOTS` names a folder.
+    /// Saves the picture for inspection, if the variable `CURVMESH_SHOTS` names a folder.
     pub(crate) fn keep(&self, name: &str) {
         if let Some(folder) = std::env::var_os("CURVMESH_SHOTS") {
             let _ = std::fs::create_dir_all(&folder);

@@ -1,4 +1,4 @@
-//! Meshes to take apart, and runs that do.
+//! Meshes for the tests, and runs on them.
 #![allow(clippy::unwrap_used)]
 
 use std::f64::consts::TAU;
@@ -9,7 +9,7 @@ use mesh_io::{ReadOptions, WriteOptions};
 use out_of_core::{Capacity, Error, Input, Outcome, Repairs, Settings, Step, Work, run};
 use simplify::{Options, Preset};
 
-/// A torus with bumps of several sizes, of about so many faces; `seed` makes others of it.
+/// A torus of about `faces` faces, with bumps of several sizes. `seed` selects a variant.
 pub(crate) fn torus(faces: usize, seed: u64) -> TriMesh {
     let shift = seed as f64;
     let rows = ((faces as f64 / 5.0).sqrt().round() as usize).max(3);
@@ -41,7 +41,7 @@ pub(crate) fn torus(faces: usize, seed: u64) -> TriMesh {
     TriMesh::from_soup(&soup).unwrap()
 }
 
-/// The same, open: some faces at one side are not there.
+/// An open variant: some faces at one side are missing.
 pub(crate) fn open_torus(faces: usize, seed: u64) -> TriMesh {
     let whole = torus(faces, seed);
     let triangles: Vec<[u32; 3]> = whole
@@ -65,7 +65,7 @@ pub(crate) fn write(mesh: &TriMesh, path: &Path) -> PathBuf {
     path.to_owned()
 }
 
-/// Settings with regions of so many faces and a rest of so many.
+/// Settings with regions of `region_faces` faces, and this number of faces for the rest in memory.
 pub(crate) fn settings(
     preset: Preset,
     faces: usize,
@@ -86,7 +86,7 @@ pub(crate) fn split(folder: &Path, input: &Path, settings: &Settings) -> Result<
     Work::split(folder, Input::Path(input), &reading, settings.clone(), &mut |_| true)
 }
 
-/// A run that has left a mesh.
+/// The result of a run.
 #[derive(Debug)]
 pub(crate) struct Done {
     pub(crate) mesh: TriMesh,

@@ -6,7 +6,7 @@ interpreter lock while it works, stops at Ctrl-C, and gives the same bits as the
 
 from __future__ import annotations
 
-# Type checkers take this for true; `typing` itself is not imported, to keep the import fast.
+# Type checkers treat this as true; `typing` itself is not imported, to keep the import fast.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from . import batch, examples, regions, shapes

@@ -1,4 +1,4 @@
-"""How a call tells its progress, and by how many threads it is done."""
+"""Options of a call: progress and number of threads."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from . import _core
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: ``True`` for a bar, or a function that is given the part that is done, from 0 to 1.
+#: ``True`` for a bar, or a function that is called with the completed share, from 0 to 1.
 Progress = Union[bool, Callable[[float], object], None]
 
 
 class State(NamedTuple):
-    """Where a run is; what a ``callback`` is given.
+    """The state of a run, as passed to a ``callback``.
 
     Attributes
     ----------
     phase : str
-        What is being done: ``"collapse"``, ``"fit"``, ``"greedy"``, ...
+        The current phase: ``"collapse"``, ``"fit"``, ``"greedy"``, ...
     fraction : float
-        The part that is done, from 0 to 1, as far as that can be told.
+        The completed share, from 0 to 1, as far as it is known.
     faces : int or None
-        How many faces are left, where that changes.
+        Number of remaining faces, if they change.
     steps : int
         Collapses, flips or patches so far.
     cost : float or None
-        The cost so far, where there is one.
+        The cost so far, if there is one.
     """
 
     phase: str
@@ -43,7 +43,7 @@ Callback = Callable[[State], object]
 
 
 class _Bar:
-    """A bar of tqdm, or a line of text where there is none."""
+    """A bar of tqdm, or a line of text without tqdm."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -82,7 +82,7 @@ def calling(
     callback: Callback | None = None,
     keep_partial: bool = False,
 ) -> Iterator[_core.Call]:
-    """The call of the compiled part, with a bar that is closed in the end."""
+    """The call of the compiled part, with a bar that is closed at the end."""
     tell = None
     if callback is not None:
         given = callback
@@ -103,5 +103,5 @@ def calling(
 
 
 def plain(threads: int | None = None) -> _core.Call:
-    """A call that tells nothing."""
+    """A call without progress."""
     return _core.Call(None, None, threads, False)

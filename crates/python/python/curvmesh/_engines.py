@@ -1,6 +1,6 @@
-"""The engines that tasks are handed to: processes of this machine, Dask, Ray.
+"""Engines that run tasks: processes on this machine, Dask, Ray.
 
-An engine decides where and when a job runs, and whether it is tried again where its worker has died.
+An engine decides when and where a job runs, and whether it is retried after its worker has died.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from typing import Any, NamedTuple, Protocol, TypeVar, Union
 
 from ._errors import OptionError
 
-#: What a job gives: names and JSON values.
+#: The result of a job: names and JSON values.
 Row = dict[str, Any]
 
 
 class Job(Protocol):
-    """What an engine runs: it can be pickled, has a name, and gives a record when it is called."""
+    """A job of an engine: it can be pickled, has a name, and returns a record when called."""
 
     @property
     def name(self) -> str:
-        """Tells it from others."""
+        """The unique name."""
 
     def __call__(self) -> Row:
-        """Does it, on any machine."""
+        """Runs the job, on any machine."""
 
 
 def call(job: Job) -> Row:
-    """Calls a job; for engines that want a function of a module."""
+    """Calls a job; for engines that need a function of a module."""
     return job()
 
 
@@ -46,17 +46,17 @@ class Lost(NamedTuple):
 
 
 def _given_up(error: BaseException, is_dead: bool) -> Lost:
-    """What an engine says of a task that it has given up."""
+    """The reason why an engine gave up a task."""
     return Lost("WorkerLost" if is_dead else "EngineError", f"{type(error).__name__}: {error}")
 
 
 J = TypeVar("J", bound=Job)
 
-#: How many jobs an engine is given before their results are there.
+#: Number of jobs that an engine gets before their results are available.
 _AHEAD = 1000
 
 
-#: What became of each job, in the order in which they end.
+#: The outcome of each job, in order of completion.
 Outcomes = Generator[tuple[J, Union[Row, Lost]], None, None]
 
 
@@ -64,15 +64,15 @@ class Engine(Protocol):
     """Runs jobs."""
 
     def __call__(self, jobs: Sequence[J], /) -> Outcomes[J]:
-        """What became of each of them."""
+        """The outcome of each job."""
 
 
-#: The scheme of fsspec whose files exist in one process only.
+#: The scheme of fsspec for files that exist in one process only.
 _OF_PROCESS = "memory://"
 
 
 def check_shared(paths: Iterable[str]) -> None:
-    """Refuses places that the processes of an engine do not share.
+    """Refuses paths that the processes of an engine do not share.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def check_shared(paths: Iterable[str]) -> None:
 def opened(
     engine: str, client: Any, workers: int | None, cores: int, retries: int
 ) -> Iterator[Engine]:
-    """The engine, connected as long as it is needed."""
+    """The engine, connected while it is needed."""
     if engine == "dask":
         with _dask_client(client, workers, cores, retries) as connected:
             yield lambda jobs: _dask(jobs, connected, retries)
@@ -103,12 +103,12 @@ def opened(
 
 
 def check(engine: str, client: Any, workers: int | None) -> None:
-    """Whether the engine is there, before anything is looked at.
+    """Checks that the engine is available, before the inputs are read.
 
     Raises
     ------
     OptionError
-        There is no such engine, it is not installed, or what is asked of it does not go together.
+        The engine is unknown or not installed, or its options conflict.
     """
     packages = {"local": "", "dask": "distributed", "ray": "ray"}
     if engine not in packages:
@@ -123,7 +123,7 @@ def check(engine: str, client: Any, workers: int | None) -> None:
 
 
 def _cpus() -> int:
-    """The processors that this process may use."""
+    """The number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -136,15 +136,15 @@ def signal_name(number: int) -> str:
 
 
 class _Worker:
-    """A process of this machine that does one job after the other."""
+    """A process on this machine that runs one job after the other."""
 
     def __init__(self) -> None:
-        # Not forked: the threads of this process would not come along, but their locks would.
+        # Not forked: a fork would copy the locks of this process without the threads that hold them.
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
         self.process = context.Process(target=_serve, args=(other,), name="curvmesh", daemon=True)
         self.process.start()
-        # The end of the process is the end of the pipe.
+        # The pipe closes when the process ends.
         other.close()
         self.is_ready = False
 
@@ -154,7 +154,7 @@ class _Worker:
         self.process.join()
 
     def why(self) -> str:
-        """Why it died."""
+        """The reason for its end."""
         self.process.join(5)
         code = self.process.exitcode
         if code is None or code >= 0:
@@ -163,8 +163,8 @@ class _Worker:
 
 
 def _serve(pipe: Connection) -> None:
-    """What a worker does."""
-    # Ctrl-C is for the process that waits for results; it ends this one.
+    """The main loop of a worker."""
+    # Ctrl-C is for the process that waits for results; it terminates this one.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     pipe.send(None)
@@ -205,7 +205,7 @@ def _local(jobs: Sequence[J], workers: int, retries: int) -> Outcomes[J]:
                     del busy[pipe]
                     worker.end()
                     if tries < retries:
-                        # Behind all others, so that what kills workers holds nobody up.
+                        # Behind all others, so that a job that kills workers delays no other job.
                         waiting.append((job, tries + 1))
                     elif has_worked:
                         yield job, Lost("WorkerLost", f"tried {tries + 1} times: {why}")
@@ -229,7 +229,7 @@ def _send(worker: _Worker, job: Job) -> None:
     try:
         worker.pipe.send(job)
     except OSError:
-        # It has died; that is noticed where its answer is waited for.
+        # The worker has died; this is detected when its answer is awaited.
         pass
 
 
@@ -242,7 +242,7 @@ def _cannot_start(why: str) -> OptionError:
 
 @contextmanager
 def _dask_client(client: Any, workers: int | None, cores: int, retries: int) -> Iterator[Any]:
-    """The client that was given, or one that is closed in the end."""
+    """The given client, or a new one that is closed at the end."""
     import dask
     from distributed import Client, LocalCluster
 
@@ -253,7 +253,7 @@ def _dask_client(client: Any, workers: int | None, cores: int, retries: int) -> 
         yield client
     else:
         count = workers or max(1, _cpus() // cores)
-        # One job at a time on each worker: whoever waits beside one that kills it would be blamed, too.
+        # One job per worker at a time: a job beside one that kills the worker would be blamed, too.
         alone = {"allowed-failures": retries, "worker-saturation": 1.0}
         with dask.config.set({f"distributed.scheduler.{name}": value for name, value in alone.items()}):
             cluster = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
@@ -267,7 +267,7 @@ def _dask(jobs: Sequence[J], client: Any, retries: int) -> Outcomes[J]:
     waiting = deque(jobs)
     of: dict[Any, J] = {}
     done = as_completed()
-    # Under one name, so that the scheduler keeps to itself what the workers have no hands for.
+    # Under one name, so that the scheduler holds back the tasks that exceed the capacity of the workers.
     group = f"curvmesh-{os.urandom(8).hex()}"
 
     def submit() -> None:
@@ -292,7 +292,7 @@ def _dask(jobs: Sequence[J], client: Any, retries: int) -> Outcomes[J]:
 
 @contextmanager
 def _ray_cluster(address: Any, workers: int | None, cores: int) -> Iterator[None]:
-    """The cluster that is connected already, or one that is left in the end."""
+    """The cluster that is already connected, or one that is disconnected at the end."""
     import ray
 
     if ray.is_initialized():

@@ -1,4 +1,4 @@
-"""Exceptions: one class for each kind, with element ids and the cure."""
+"""Exceptions: one class for each kind, with element ids and the remedy."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class CurvmeshError(Exception):
     repair : str
         The argument of :func:`curvmesh.repair` that repairs the defect, or an empty string.
     cure : str
-        Another cure, or an empty string.
+        Another remedy, or an empty string.
     path : str
         The file, or an empty string.
     line, byte : int or None
@@ -105,9 +105,9 @@ class TooLargeError(CurvmeshError, ValueError):
 
 
 class _FileError(CurvmeshError, OSError):
-    """A file error. Where the system refused, `errno`, `filename` and `strerror` say why.
+    """A file error. If the system refused the operation, `errno`, `filename` and `strerror` give the reason.
 
-    The class is then also the one that Python raises itself, such as ``FileNotFoundError``.
+    The class is then also a subclass of the one that Python itself raises, such as ``FileNotFoundError``.
     """
 
     def __new__(cls, message: str = "", *, errno: int | None = None, **_: Any) -> _FileError:

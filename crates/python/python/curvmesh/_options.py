@@ -1,4 +1,4 @@
-"""Types of options, and the check that every function makes of the options that it is given."""
+"""Types of options, and the check of the options of every function."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def checked(function: F) -> F:
-    """Refuses, in words, values that do not fit the annotations of the parameters.
+    """Refuses values that do not fit the annotations of the parameters.
 
-    Whole numbers may come as any type without a fraction (``3.0``, ``numpy.int64(3)``).
+    Integers may have any type if the value has no fraction (``3.0``, ``numpy.int64(3)``).
     """
     kinds = {
         name: kind
@@ -66,7 +66,7 @@ def _converted(kinds: dict[str, Callable[[str, Any], Any]], name: str, value: An
 
 
 def whole(name: str, value: Any) -> int:
-    """A whole number that is not negative."""
+    """An integer that is not negative."""
     is_flag = isinstance(value, bool) or type(value).__name__ == "bool_"
     try:
         number = int(value) if not is_flag and not isinstance(value, str) and value == int(value) else -1

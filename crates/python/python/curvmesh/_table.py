@@ -1,4 +1,4 @@
-"""Reports as text and as tables of a notebook."""
+"""Reports as text and as tables in notebooks."""
 
 from __future__ import annotations
 

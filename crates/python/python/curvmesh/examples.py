@@ -1,4 +1,4 @@
-"""Small meshes for trials: a scan with noise and holes, a textured model, a part with sharp edges."""
+"""Small example meshes: a scan with noise and holes, a textured model, a part with sharp edges."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def globe(level: int = 4) -> Mesh:
     ball = sphere(level)
     p, corners = ball.vertices, ball.corners
     u = (np.arctan2(p[:, 1], p[:, 0]) / (2 * np.pi) % 1.0)[corners].reshape(-1, 3)
-    # Faces across the seam go on beyond 1.
+    # Faces across the seam continue beyond 1.
     across = np.ptp(u, axis=1) > 0.5
     u[across] = np.where(u[across] < 0.5, u[across] + 1, u[across])
     v = np.arcsin(np.clip(p[:, 2], -1, 1))[corners] / np.pi + 0.5

@@ -1,6 +1,6 @@
 """The plugin for PyVista: ``mesh.curvmesh`` of every ``pyvista.PolyData``, and a reader of OFF files.
 
-PyVista loads it by itself, from version 0.48 on::
+PyVista loads it automatically, from version 0.48 on::
 
     small = pyvista.read("scan.ply").curvmesh.simplify(ratio=0.1)
 """

@@ -1,7 +1,7 @@
 """Meshes larger than memory, region by region, on this machine, Dask or Ray.
 
-The steps are those of ``curvmesh region``: each reads and writes files in a folder that all workers share, and
-skips what is done. Nothing holds the whole mesh.
+The steps are the subcommands of ``curvmesh region``: each reads and writes files in a folder that all workers
+share, and skips finished work. No process holds the whole mesh.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ __all__ = ["Level", "Levels", "Reduced", "RegionError", "lod", "simplify"]
 
 
 class RegionError(CurvmeshError, RuntimeError):
-    """A step has failed. What was done is kept: the same call goes on from there.
+    """A step has failed. Finished work is kept: the same call continues from there.
 
     Attributes
     ----------
     step : str
-        Which one, like ``"reduce 0 17"``.
+        The step, like ``"reduce 0 17"``.
     """
 
     def __init__(self, message: str, *, step: str = "") -> None:
@@ -68,7 +68,7 @@ class Step:
     progress: str = ""
 
     def __call__(self) -> dict[str, Any]:
-        """Runs the program; gives its report, ``{"error": ...}``, or ``{"died": ...}`` after a signal."""
+        """Runs the program; returns its report, ``{"error": ...}``, or ``{"died": ...}`` after a signal."""
         command = [*self.program, "region", *self.arguments, "--json", "--quiet", "--threads", str(self.cores)]
         if self.progress:
             command.append("--tell-progress")
@@ -92,7 +92,7 @@ class Step:
         return dict(report)
 
     def _listened(self, process: subprocess.Popen[str]) -> str:
-        """Passes progress on, and gives the other lines of stderr."""
+        """Forwards progress, and returns the other lines of stderr."""
         said = []
         for line in process.stderr or ():
             if not line.startswith("progress: "):
@@ -107,18 +107,17 @@ class Step:
 
 @dataclass(frozen=True, repr=False)
 class Reduced:
-    """What came of a run.
+    """The result of a run.
 
     Attributes
     ----------
-    output : str
+    The written file.
         The file that was written.
-    faces : int
+    Its number of faces.
         How many faces it has.
-    cells : list of int
+    The number of regions on each level.
         How many regions there were on each level.
-    error : float or None
-        No point of either surface is farther from the other one than this, if that was to be proved.
+    A certified upper bound of the Hausdorff distance from the input, if requested.
     """
 
     output: str
@@ -145,12 +144,11 @@ class Level:
     ----------
     output : str
         The file, or the folder of its tiles.
-    faces : int
+    Its number of faces.
         How many faces it has.
-    tiles : int or None
+    The number of files in the folder.
         How many files there are in the folder.
-    error : float or None
-        No point of it or of the input is farther from the other one than this, if that was to be proved.
+    A certified upper bound of the Hausdorff distance from the input, if requested.
     """
 
     output: str
@@ -161,14 +159,14 @@ class Level:
 
 @dataclass(frozen=True, repr=False)
 class Levels:
-    """What came of a run with several levels of detail.
+    """The result of a run with several levels of detail.
 
     Attributes
     ----------
     levels : list of Level
         From fine to coarse.
     cells : list of int
-        How many regions there were in each pass.
+        The number of regions in each pass.
     """
 
     levels: list[Level]
@@ -211,43 +209,43 @@ def simplify(
     program: str | os.PathLike[str] | None = None,
     callback: Callable[[str], object] | None = None,
 ) -> Reduced:
-    """Simplify a mesh larger than memory, its regions side by side.
+    """Simplify a mesh larger than memory; regions are processed in parallel.
 
-    The file is split; level by level all regions are reduced, and neighbours joined; the rest is finished in
-    one piece or region by region. A level is planned when the one below is there.
+    The file is split. Level by level, all regions are reduced and neighbours are joined. The rest is finished
+    in one piece or region by region. A level is planned when the previous one is complete.
 
     Parameters
     ----------
     source, output : path
-        The file to read, PLY, STL or OBJ, and the one to write.
+        The file to read, PLY, STL or OBJ, and the file to write.
     work_dir : path
-        The folder for the regions, on a disk that all workers see. It is left there, and with it a run
-        that was interrupted goes on.
+        The folder for the regions, on a disk that all workers see. It is kept, and an interrupted run continues
+        with it.
     memory : str or int
-        The most memory that a step may take, like ``"8G"``, or in bytes.
+        The memory limit of a step, like ``"8G"``, or in bytes.
     faces, vertices, ratio, max_error, max_cost, relative, preset, verify
         As for :func:`curvmesh.simplify`.
     repair : bool
-        Make all repairs that can be made region by region.
+        Make the repairs that are possible region by region.
     engine : str
         ``"local"``, ``"dask"`` or ``"ray"``.
     client, workers, cores, retries
         As for :func:`curvmesh.batch.run`.
     program : path, optional
-        Another program ``curvmesh`` than that of this package; all workers need it at the same path.
+        Another program ``curvmesh`` instead of the one of this package; all workers need it at the same path.
     callback : callable, optional
-        Called with the name of each step when it is done, and during the last one with its progress, like
-        ``"finish: fit 3 of 12"``.
+        Called with the name of each finished step, and during the last one with its progress, like ``"finish:
+        fit 3 of 12"``.
 
     Returns
     -------
     Reduced
-        The same file as of ``curvmesh simplify --memory``, whatever the engine.
+        The same file as of ``curvmesh simplify --memory``, for any engine.
 
     Raises
     ------
     OptionError
-        The program is not there, or an option makes no sense.
+        The program does not exist, or an option is invalid.
     RegionError
         A step has failed.
     """
@@ -289,10 +287,10 @@ def lod(
     program: str | os.PathLike[str] | None = None,
     callback: Callable[[str], object] | None = None,
 ) -> Levels:
-    """Make levels of detail of a mesh larger than memory, its regions side by side.
+    """Make levels of detail of a mesh larger than memory; regions are processed in parallel.
 
-    A coarser level is made by going on from the regions of the finer one. Levels are not fitted to the input,
-    as for :func:`curvmesh.lod`. Those that do not fit into the memory either are finished region by region.
+    A coarser level continues from the regions of the finer one. Levels are not fitted to the input, as in
+    :func:`curvmesh.lod`. Levels that do not fit into memory either are finished region by region.
 
     Parameters
     ----------
@@ -301,23 +299,23 @@ def lod(
     output : path
         The folder for the levels, which are named after the source: ``scan-1.ply`` is the finest.
     ratios : sequence of float
-        Levels with these parts of the faces.
+        Levels with these shares of the faces.
     faces : sequence of int
-        Levels with so many faces.
+        Levels with these numbers of faces.
     tiles : bool
-        Write each level as a folder of tiles, a file for each region, with a list, ``tiles.json``.
+        Write each level as a folder of tiles: a file for each region, and the list ``tiles.json``.
     work_dir, memory, preset, verify, repair, engine, client, workers, cores, retries, program, callback
         As for :func:`simplify`.
 
     Returns
     -------
     Levels
-        The same files as of ``curvmesh lod --memory``, whatever the engine.
+        The same files as of ``curvmesh lod --memory``, for any engine.
 
     Raises
     ------
     OptionError
-        The program is not there, or an option makes no sense.
+        The program does not exist, or an option is invalid.
     RegionError
         A step has failed.
     """
@@ -335,7 +333,7 @@ def lod(
     with opened(engine, client, workers, cores, retries) as do:
         told, cells = run(do, split, ["--tiles" if tiles else "-o", os.path.abspath(output)])
     if "levels" not in told:
-        # Tiles of a single one.
+        # Tiles of a single level.
         folder, count = told["tiles"]
         return Levels([Level(folder, told["faces"], count, told.get("error"))], cells)
     made = [Level(row["output"], row["faces"], row.get("tiles"), row.get("error")) for row in told["levels"]]
@@ -343,7 +341,7 @@ def lod(
 
 
 def _given(options: Mapping[str, object], flags: Mapping[str, bool]) -> list[str]:
-    """What follows on the command line."""
+    """The remaining arguments of the command line."""
     pairs = [(name, str(value)) for name, value in options.items() if value is not None]
     return [part for pair in pairs for part in pair] + [name for name, is_set in flags.items() if is_set]
 
@@ -371,7 +369,7 @@ class _Run:
         self._progress = os.path.join(folder, "progress.txt") if callback is not None else ""
 
     def __call__(self, do: Engine, split: list[str], target: list[str]) -> tuple[dict[str, Any], list[int]]:
-        """Runs all steps; gives the report of the last one, and the number of cells on each level."""
+        """Runs all steps; returns the report of the last one, and the number of cells on each level."""
         plan = self._one(do, "split", "split", *split, "-w", self.folder)
         cells = [plan["cells"]]
         self._finish(do, plan)
@@ -381,7 +379,7 @@ class _Run:
                 self._each(do, "reduce", level, plan["cells"])
                 self._each(do, "join", level + 1, plan["joined"])
             else:
-                # One step collapses all rims, and makes all cells.
+                # One step collapses all borders, and makes all cells.
                 self._each(do, "join", level + 1, 1)
             plan = self._one(do, "plan", "plan", self.folder)
             if plan["level"] == level:
@@ -396,7 +394,7 @@ class _Run:
         return told, cells
 
     def _finish(self, do: Engine, plan: dict[str, Any]) -> None:
-        """Finishes a level that is a result, and does not fit, cell by cell."""
+        """Finishes a resulting level that does not fit into memory, cell by cell."""
         self._each(do, "finish", plan["level"], plan.get("apart") or 0)
 
     def _each(self, do: Engine, act: str, level: int, count: int) -> None:
@@ -418,7 +416,7 @@ class _Run:
 def _all(
     do: Engine, steps: list[Step], retries: int, callback: Callable[[str], object] | None
 ) -> list[dict[str, Any]]:
-    """Runs independent steps, and gives their reports in any order; a step that died is tried again."""
+    """Runs independent steps, and returns their reports in any order; a step that died is retried."""
     reports = []
     for tries in range(retries + 1):
         died = []
@@ -445,7 +443,7 @@ def _all(
 
 @contextmanager
 def _followed(path: str, callback: Callable[[str], object] | None) -> Iterator[None]:
-    """Tells the progress that a step writes to a file, like ``"finish: fit 3 of 12"``."""
+    """Reports the progress that a step writes to a file, like ``"finish: fit 3 of 12"``."""
     if callback is None:
         yield
         return

@@ -1,4 +1,4 @@
-"""Shapes whose curvature is known, for trials and examples."""
+"""Shapes with known curvature, for tests and examples."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["cube", "icosahedron", "octahedron", "sphere", "tetrahedron", "torus"
 
 @checked
 def sphere(level: int = 4, *, radius: float = 1.0) -> Mesh:
-    """A sphere about the origin: an icosahedron whose faces are cut into four `level` times.
+    """A sphere around the origin: an icosahedron whose faces are cut into four `level` times.
 
     Examples
     --------
@@ -26,7 +26,7 @@ def sphere(level: int = 4, *, radius: float = 1.0) -> Mesh:
 def torus(
     rings: int = 36, sides: int = 24, *, major: float = 5.0, minor: float = 2.0, shifted: bool = True
 ) -> Mesh:
-    """A torus about the origin, of `rings` times `sides` vertices.
+    """A torus around the origin, with `rings` times `sides` vertices.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def torus(
     major, minor : float
         The radii of these circles.
     shifted : bool
-        Triangulated as in Dyn, Hormann, Kim, Levin 2001, which has ``torus(12, 6)``.
+        Triangulated as in Dyn, Hormann, Kim, Levin 2001, who use ``torus(12, 6)``.
     """
     return Mesh._of(_core.torus(rings, sides, major, minor, shifted))
 

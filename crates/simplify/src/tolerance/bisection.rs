@@ -1,10 +1,11 @@
-//! How far apart the levels are that are looked at: by the vertices that they have, as ratios, since errors grow
-//! with the size of the faces.
+//! Steps of the searches over levels. Levels are compared by the ratio of their vertex counts, since errors grow with
+//! the size of the faces.
 
-/// Levels whose numbers of faces are closer than this ratio are not told apart.
+/// Levels whose vertex counts differ by less than this ratio count as equal.
 const RESOLUTION: f64 = 1.03;
 
-/// A number of collapses of so many vertices between two; `None` when they are close enough.
+/// The number of collapses to try between a good and a bad one, for a mesh with this many vertices; `None` when the two
+/// are close enough.
 pub(super) fn between(vertices: usize, good: usize, bad: usize) -> Option<usize> {
     let [more, fewer] = [good, bad].map(|collapses| (vertices - collapses).max(1) as f64);
     if bad <= good + 1 || more < RESOLUTION * fewer {
@@ -27,13 +28,14 @@ mod tests {
 
     #[test]
     fn a_number_of_collapses_is_scaled_by_the_vertices_that_it_leaves() {
-        // 80 are left, then 64; 40 are left, then 52.
+        // 20 collapses leave 80 vertices, and 80 % of these are 64. 60 collapses leave 40 vertices, and 130 % of these
+        // are 52.
         assert_eq!(scaled(100, 20, 0.8), 36);
         assert_eq!(scaled(100, 60, 1.3), 48);
         assert_eq!(scaled(100, 0, 0.8), 20);
-        // There are no more than all.
+        // The result never has more vertices than the mesh.
         assert_eq!(scaled(100, 10, 1.3), 0);
-        // Three are left, which is too few for the factor to matter; four fifths of one are none.
+        // With three vertices left the factor changes nothing, so one collapse is undone; 80 % of one vertex are none.
         assert_eq!(scaled(10, 7, 1.3), 6);
         assert_eq!(scaled(10, 9, 0.8), 10);
     }

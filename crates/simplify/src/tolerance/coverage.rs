@@ -1,7 +1,7 @@
-//! What is within a distance of triangles: points, and segments at all their points.
+//! Tests whether points and whole segments are within a distance of triangles.
 //!
-//! The distance from a triangle is a convex function: no point of a segment is farther away than the ends.
-//! So a segment is covered whose parts have both their ends close to one of the triangles each.
+//! The distance from a triangle is a convex function: no point of a segment is farther from it than the ends. So a
+//! segment is covered if it can be divided into parts such that both ends of each part are close to one triangle.
 
 use glam::DVec3;
 use mesh_core::BoundingBox;
@@ -11,12 +11,12 @@ use crate::tolerance::prepared_triangle::{Prepared, Triangle};
 
 pub(super) type Segment = [DVec3; 2];
 
-/// The length of the shortest parts, relative to the distance.
+/// The shortest length of a part, relative to the distance.
 const LEAST: f64 = 0.1;
-/// The same, relative to the largest coordinate.
+/// The shortest length of a part, relative to the largest coordinate.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// A distance, and how finely it is looked at.
+/// A distance, and the length at which the division of segments ends.
 #[derive(Clone, Copy)]
 pub(super) struct Reach {
     distance: f64,
@@ -25,10 +25,10 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// A distance between surfaces in a box.
+    /// The reach for a distance between surfaces in this box.
     pub(super) fn new(distance: f64, bounds: BoundingBox) -> Self {
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        // Between the ends of a part there has to be a middle that is neither of them.
+        // The middle of a part must differ from both ends.
         let least = (LEAST * distance).max(ROUNDING * largest);
         Self { distance, squared: distance * distance, least }
     }
@@ -37,7 +37,7 @@ impl Reach {
         self.distance
     }
 
-    /// The length of parts of edges that are not divided any more.
+    /// Parts of at most this length are not divided.
     pub(super) fn least(&self) -> f64 {
         self.least
     }
@@ -46,7 +46,7 @@ impl Reach {
         triangle.squared_distance(point, self.squared).is_some()
     }
 
-    /// One of some triangles that a point is close enough to. Two are tried first.
+    /// A triangle that is close enough to the point. The two named in `first` are tried first.
     pub(super) fn find(
         &self,
         point: DVec3,
@@ -57,9 +57,9 @@ impl Reach {
         first.into_iter().find(has).or_else(|| (0..triangles.len()).find(has))
     }
 
-    /// Whether each part of a segment is close enough to one of some triangles, which `used` hears of; parts
-    /// that are not divided any more when their ends are. `last` are those of the ends of the segment before, which
-    /// are tried first: it may begin at the same place.
+    /// Whether each part of a segment is close enough to one of the triangles; `used` receives these triangles. For a
+    /// part that is too short to divide, it is enough that each end is close to some triangle. `last` are the triangles
+    /// found for the ends of the previous segment. They are tried first, since segments often share an end.
     pub(super) fn cover(
         &self,
         [p, q]: Segment,
@@ -73,7 +73,7 @@ impl Reach {
         self.cover_between([(p, of_p), (q, of_q)], triangles, used)
     }
 
-    /// The same for a part of which it is known which triangle each end is close to.
+    /// Does the work of [`Reach::cover`] for a part, given a triangle that is close to each end.
     fn cover_between(
         &self,
         [start, end]: [(DVec3, usize); 2],
@@ -129,15 +129,15 @@ mod tests {
             used.dedup();
             covers.then_some(used)
         };
-        // Below the ridge it is 4 / sqrt(17) away from both.
+        // Below the ridge, the distance to both triangles is 4 / sqrt(17).
         let farthest = 4.0 / 17.0_f64.sqrt();
         assert_eq!(covered(1.001 * farthest), Some(vec![0, 1]));
         assert_eq!(covered(0.9 * farthest), None);
-        // One is enough where it has both ends.
+        // One triangle is enough if both ends are close to it.
         assert_eq!(covered(3.2), Some(vec![0]));
     }
 
-    /// The distance is far below what coordinates are rounded to.
+    /// The distance is far below the rounding of the coordinates.
     #[test]
     fn segments_are_not_divided_beyond_the_rounding_of_their_ends() {
         let far = DVec3::splat(1e6);

@@ -1,7 +1,7 @@
-//! Collapsing further for as long as the mesh stays within a distance of the original.
+//! Decimation to a tolerance: collapses a level further while it stays within a distance of the original.
 //!
-//! A run that goes by a sum of squared distances meets a limit of the largest one in few places first.
-//! Everywhere else there are collapses left that do not exceed it.
+//! A run that is ordered by squared distances reaches an error limit in a few places first. Everywhere else, more
+//! collapses are possible within the limit.
 
 use mesh_collapse::Phase;
 use mesh_core::TriMesh;
@@ -14,7 +14,7 @@ use crate::tolerance::proofs::{Proofs, unproved};
 
 /// An attempt to collapse a mesh further.
 struct Attempt {
-    /// How far below the limit it aims, relative to that.
+    /// The margin below the limit, relative to the limit.
     slack: f64,
     proved: Proved,
 }
@@ -22,7 +22,7 @@ struct Attempt {
 /// Where every new face is proved to be close enough at all its points.
 enum Proved {
     Nowhere,
-    /// Near the faces that were too far in the attempts before.
+    /// Near the faces that were too far away in earlier attempts.
     WhereItFailed,
     Everywhere,
 }
@@ -31,9 +31,9 @@ const fn attempt(slack: f64, proved: Proved) -> Attempt {
     Attempt { slack, proved }
 }
 
-/// The first one nearly always does. Where it does not, a face spans a fold: there the surfaces are no heights over
-/// each other, and are farther apart than at their vertices and edges. That is so in few places as a rule. After the
-/// last one the mesh is left as it is.
+/// The first attempt nearly always succeeds. It fails where a face spans a fold: there, neither surface is a height
+/// field over the other, and the largest distance may lie inside a face. After the last attempt the mesh stays as it
+/// is.
 const ATTEMPTS: [Attempt; 7] = [
     attempt(0.01, Proved::Nowhere),
     attempt(0.01, Proved::WhereItFailed),
@@ -44,13 +44,12 @@ const ATTEMPTS: [Attempt; 7] = [
     attempt(0.3, Proved::Everywhere),
 ];
 
-/// Collapses a level further, for as long as it stays within the limit. Returns how far what is there then is from
-/// the original: that is beyond the limit only where the level is, which then is left as it was.
-/// `None` when the observer says to stop before any of this is known.
+/// Collapses a level further while it stays within the limit. Returns the distance of the result from the original. If
+/// even the level is beyond the limit, it stays unchanged, and the distance returned is the distance of the level.
+/// `None` when the observer stops before any distance is known.
 ///
-/// The level itself is measured only when something is seen to be too far, or an attempt has failed: as a rule, what
-/// becomes of it tells enough. So what an attempt has come to is measured even when the observer has said to
-/// stop; without that there would be nothing to show for it.
+/// The level itself is measured only if an edge of the original is too far from it, or if an attempt fails. The result
+/// of an attempt is measured even when the observer has asked to stop: without a measurement the attempt would be lost.
 pub(crate) fn decimate_to_tolerance(
     level: &mut Refined,
     original: &TriMesh,
@@ -68,7 +67,7 @@ pub(crate) fn decimate_to_tolerance(
             Proved::Nowhere => Proofs::None,
             Proved::WhereItFailed => {
                 let found = failed.take().map(|mesh| unproved(&mesh, measuring.original, limit));
-                // Without any, the same would come of it again.
+                // If every face is proved, another attempt of this kind would give the same result.
                 let Some(found) = found.filter(|found| !found.is_empty()) else { continue };
                 places.extend(found);
                 Proofs::Near(&places)
@@ -102,7 +101,7 @@ pub(crate) fn decimate_to_tolerance(
     Ok(own)
 }
 
-/// Whether a level is within the limit; `own` is how far it is, which is measured once.
+/// Whether a level is within the limit. `own` keeps its distance, which is measured once.
 fn is_within(
     own: &mut Option<AchievedError>,
     level: &TriMesh,

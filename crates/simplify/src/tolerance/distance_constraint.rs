@@ -1,16 +1,16 @@
-//! What keeps collapses within a distance of the original.
+//! The constraint that keeps collapses within a distance of the original.
 //!
-//! Where one surface is a height over the other, their distance is a linear function over each piece in
-//! which a face of the one meets a face of the other, and largest at a corner of such a piece: at a
-//! vertex of either surface, or where an edge of the one crosses an edge of the other. So vertices and
-//! edges are all that is looked at, in both directions, which is much less than what lies between them.
-//! Where it is not, what is too far is found when the result is measured, and faces can be proved as well.
+//! Where one surface is a height field over the other, their distance is linear on each piece in which a face of one
+//! meets a face of the other. It is largest at a corner of such a piece: at a vertex of either surface, or where an
+//! edge of one crosses an edge of the other. So only vertices and edges are checked, in both directions. This is much
+//! less work than checking faces. Elsewhere the measurement of the result finds points that are too far away, and
+//! faces can be proved as well.
 //!
-//! Every vertex of the original belongs to the face that is closest to it. Every edge belongs to
-//! the faces that cover it: divided into parts if need be, both ends of each part are close enough to one
-//! of them. The distance from a triangle is a convex function, so that then no point of the part is
-//! farther away than its ends. A collapse is allowed when the vertices and edges that belong to the
-//! faces it changes are covered again, and the edges that it changes are close enough to the original.
+//! Every vertex of the original belongs to the face that is closest to it. Every edge belongs to the faces that cover
+//! it: the edge is divided into parts if need be, and both ends of each part are close enough to one of these faces.
+//! The distance from a triangle is a convex function, so no point of the part is farther away than its ends. A collapse
+//! is allowed if the vertices and edges that belong to the faces it changes are covered again, and if the edges it
+//! changes are close enough to the original.
 
 use glam::DVec3;
 use mesh_collapse::{EdgePatch, Optimal, Place, Placement, Policy, Quadric, Rejection, Scratch};
@@ -24,56 +24,57 @@ use crate::tolerance::incident_edges;
 use crate::tolerance::prepared_triangle::{Prepared, Triangle};
 use crate::tolerance::proofs::{Proofs, are_proved};
 
-/// What of the original is tied to the faces of a mesh.
+/// The constraint, with the vertices and edges of the original that belong to each face of a mesh.
 pub(crate) struct DistanceConstraint<'a> {
     original: &'a Surface,
-    /// That of the original.
+    /// Topology of the original.
     topology: &'a Topology,
     reach: Reach,
     proofs: Proofs<'a>,
-    /// The vertices of each face, the farthest first: it is the first to be too far.
+    /// The vertices of each face, the farthest first, since it is the most likely to be too far away.
     vertices: FaceLists,
     covers: EdgeFaceIncidence,
     holds_all: bool,
-    /// The number of collapses so far, and for each face which of them changed it last, counted from 1.
+    /// Number of collapses so far.
     collapses: u32,
+    /// For each face, the number of the last collapse that changed it, counted from 1; 0 if none did.
     changed: Vec<u32>,
 }
 
-/// What a collapse would tie to the faces of its patch.
+/// The vertices and edges of the original that a collapse would assign to the faces of its patch.
 #[derive(Default)]
 struct Ties {
-    /// The faces that remain, as they would be then, in the order of the patch.
+    /// The faces that remain, after the collapse, in the order of the patch.
     faces: Vec<Prepared>,
-    /// Edges, and which of these faces covers them.
+    /// Edges, each with the index of the face that covers it.
     edges: Vec<(u32, usize)>,
-    /// The vertices that belong to the patch, and which of these faces is closest, the closest ones first.
+    /// The vertices that belong to the patch, each with the index of its closest face, the closest vertices first.
     vertices: Vec<(f64, u32, usize)>,
-    /// What was asked about the collapse of one edge, the last of which these are the ties of.
+    /// Collapses of one edge that were checked. The fields above belong to the last of them.
     asked: Vec<Asked>,
-    /// The faces beyond the patch that the answers depend on.
+    /// The faces outside the patch that the answers depend on.
     others: Vec<FaceId>,
 }
 
-/// What some edges that belong to a patch would belong to after its collapse, in the terms of [`Ties`].
+/// The edges that the faces of a patch would cover after its collapse, and the faces outside the patch, as in [`Ties`].
 #[derive(Default)]
 struct Covered {
     edges: Vec<(u32, usize)>,
     others: Vec<FaceId>,
 }
 
-/// Whether a collapse holds.
+/// A collapse that was checked, and whether it is allowed.
 struct Asked {
     half_edge: HalfEdgeId,
     x: DVec3,
     holds: bool,
-    /// How many collapses there had been.
+    /// Number of collapses before the check.
     collapses: u32,
 }
 
 impl<'a> DistanceConstraint<'a> {
-    /// Ties an original, which has this topology, to the faces of a mesh. Where proofs are needed, new faces are looked
-    /// at between their edges, too.
+    /// Assigns an original with this topology to the faces of a mesh. Where proofs are needed, the interior of new
+    /// faces is checked as well.
     pub(crate) fn new(
         mesh: &TriMesh,
         topology: &'a Topology,
@@ -112,7 +113,7 @@ impl<'a> DistanceConstraint<'a> {
         })
     }
 
-    /// Whether no edge of the original was too far from the mesh to begin with.
+    /// Whether every edge of the original was close enough to the mesh at the start.
     pub(crate) fn holds_all(&self) -> bool {
         self.holds_all
     }
@@ -126,8 +127,8 @@ impl<'a> DistanceConstraint<'a> {
         ends.map(|v| self.vertex(v.get()))
     }
 
-    /// [`DistanceConstraint::holds`], if it was asked and nothing has changed since that it depends on. What holds has left its
-    /// ties only if nothing was asked after it.
+    /// The earlier answer of [`DistanceConstraint::holds`], if all faces it depends on are unchanged. A positive answer
+    /// counts only if it was the last one, because its ties are overwritten by the next check.
     fn answer(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &Ties) -> Option<bool> {
         let is_same = |asked: &Asked| asked.half_edge == patch.half_edge() && asked.x == x;
         let place = ties.asked.iter().position(is_same)?;
@@ -138,11 +139,11 @@ impl<'a> DistanceConstraint<'a> {
         is_still_so.then_some(holds)
     }
 
-    /// Whether what belongs to the patch is covered when the edge is collapsed to `x`, and the new
-    /// edges are close enough. Leaves what is covered by which face, and what else that depends on.
+    /// Whether everything that belongs to the patch is covered after the edge is collapsed to `x`, and whether the new
+    /// edges are close enough. Stores the new ties, and the faces outside the patch that the answer depends on.
     fn holds(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &mut Ties) -> bool {
         let hub = patch.origin() + x;
-        // Most places that do not hold are too far themselves.
+        // Most rejected positions are too far away themselves.
         if self.original.distance(hub) > self.reach.distance() {
             return false;
         }
@@ -157,7 +158,7 @@ impl<'a> DistanceConstraint<'a> {
         }
         let mut rim: Vec<DVec3> = Vec::with_capacity(new.len() + 2);
         for &[_, from, to] in &new {
-            // They go round clockwise, each from where the next one goes to.
+            // The faces go round clockwise: each starts where the next one ends.
             if rim.last() != Some(&to) {
                 rim.push(to);
             }
@@ -175,7 +176,7 @@ impl<'a> DistanceConstraint<'a> {
 
     /// Whether the vertices that belong to the patch are near its new faces.
     fn are_near(&self, patch: &EdgePatch<'_>, faces: &[Prepared]) -> bool {
-        // The farthest one of each face before all others.
+        // Check the farthest vertex of each face before all others.
         let first = faces_of(patch).filter_map(|face| self.vertices.of_face(face).next());
         let mut others = faces_of(patch).flat_map(|face| self.vertices.of_face(face).skip(1));
         if !self.are_all_near(first, faces) || !self.are_all_near(others.by_ref().take(FEW), faces)
@@ -197,7 +198,7 @@ impl<'a> DistanceConstraint<'a> {
         })
     }
 
-    /// Leaves which of the new faces is closest to each vertex that belongs to the patch.
+    /// Finds the closest new face for each vertex that belongs to the patch.
     fn find_closest(&self, patch: &EdgePatch<'_>, ties: &mut Ties) {
         let Ties { faces, vertices, .. } = ties;
         let tied = faces_of(patch).flat_map(|face| self.vertices.of_face(face));
@@ -213,8 +214,8 @@ impl<'a> DistanceConstraint<'a> {
         sort_by_distance(vertices);
     }
 
-    /// Whether the edges that belong to the patch are covered by its new faces, and others that they belong to
-    /// as well.
+    /// Whether the edges that belong to the patch are covered by its new faces together with the unchanged faces
+    /// outside that cover parts of them.
     fn covers_edges(&self, patch: &EdgePatch<'_>, ties: &mut Ties) -> bool {
         let Ties { faces, edges, others, .. } = ties;
         let around: Vec<FaceId> = faces_of(patch).collect();
@@ -239,8 +240,8 @@ impl<'a> DistanceConstraint<'a> {
         }
     }
 
-    /// The same for some of the edges; where one of them is not covered, the faces beyond the patch that this
-    /// depends on.
+    /// [`DistanceConstraint::covers_edges`] for some of the edges. If an edge is not covered, the error lists the faces
+    /// outside the patch that this depends on.
     fn covers_some(
         &self,
         some: &[u32],
@@ -256,7 +257,7 @@ impl<'a> DistanceConstraint<'a> {
             let beyond = &others[first..];
             faces.extend(beyond.iter().map(|&face| Prepared::new(patch.mesh().triangle(face))));
             let before = edges.len();
-            // The others have it already.
+            // The faces outside cover this edge already.
             self.reach.cover(self.segment(edge), &faces, &mut last, &mut |face| {
                 if face < new.len() && !edges[before..].contains(&(edge, face)) {
                     edges.push((edge, face));
@@ -275,7 +276,7 @@ impl<'a> DistanceConstraint<'a> {
     }
 }
 
-/// Vertices and their faces in the order of lists, of which what comes last is found first: the farthest.
+/// Sorts vertices so that the farthest is last. The lists return the last entry first.
 fn sort_by_distance<F>(all: &mut [(f64, u32, F)]) {
     all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
 }
@@ -286,12 +287,12 @@ fn faces_of<'p>(patch: &EdgePatch<'p>) -> impl Iterator<Item = FaceId> + 'p {
     patch.faces().iter().filter_map(|face| topology.face(face.side))
 }
 
-/// What is closest to a point of the original.
+/// The closest point of a surface to a point of the original.
 #[derive(Clone, Copy)]
 struct Foot {
     distance: f64,
     face: FaceId,
-    /// Of that face.
+    /// The triangle of that face.
     triangle: u32,
 }
 
@@ -301,18 +302,19 @@ impl Foot {
     }
 }
 
-/// Edges of a patch that one thread looks at, one after the other; and its vertices that are looked at before others help.
+/// The number of edges of a patch that one thread checks in sequence, and of its vertices that are checked before other
+/// threads help.
 const FEW: usize = 512;
 
-/// How many vertices are looked at together.
+/// The number of vertices in one query.
 const POINTS: usize = 1 << 16;
-/// How many edges are looked at together.
+/// The number of edges in one block.
 const BLOCK: usize = 2048;
-/// Blocks of edges that are looked at between two times that what is found is added.
+/// The number of blocks whose results are collected before they are added.
 const WAVE: usize = 64;
 
-/// Adds the faces of a surface that cover each edge of the original, whose vertices are closest to the points
-/// that are given. What is beyond the distance belongs to the closest; returns whether nothing is.
+/// Adds the faces of a surface that cover each edge of the original. `closest` holds the closest point for each vertex
+/// of the original. A part beyond the distance is assigned to the closest faces. Returns whether there is no such part.
 fn add_covers(
     covers: &mut EdgeFaceIncidence,
     surface: &Surface,
@@ -347,14 +349,14 @@ fn add_covers(
     holds_all
 }
 
-/// A part of an edge, and what is closest to its ends.
+/// A part of an edge, with the closest points of its ends.
 struct Part {
     edge: u32,
     ends: Segment,
     closest: [Foot; 2],
 }
 
-/// The faces of a surface that cover parts of edges, by the edges, and whether nothing is beyond the distance.
+/// Pairs of an edge and a face of the surface that covers a part of it, and whether every part is within the distance.
 fn find_covers(
     surface: &Surface,
     mut parts: Vec<Part>,
@@ -396,7 +398,7 @@ fn find_covers(
 impl Policy for DistanceConstraint<'_> {}
 
 impl Placement for DistanceConstraint<'_> {
-    /// The best by the quadric.
+    /// The optimal position of the quadric.
     fn place(
         &self,
         patch: &EdgePatch<'_>,
@@ -433,7 +435,7 @@ impl Placement for DistanceConstraint<'_> {
         true
     }
 
-    /// Where the best place does not hold, the ends.
+    /// If the optimal position is rejected, the two ends are tried.
     fn instead(&self, refused: usize) -> Option<Place> {
         [Place::Kept, Place::Removed].get(refused).copied()
     }
@@ -467,7 +469,7 @@ mod tests {
     use super::*;
     use mesh_shapes::Sphere;
 
-    /// Of the edges that were asked about, those near a collapse are asked again.
+    /// Edges near a collapse must be checked again; other answers stay valid.
     #[test]
     fn an_answer_holds_until_a_collapse_changes_what_it_depends_on() {
         let mesh = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(3).unwrap()).unwrap();

@@ -1,15 +1,15 @@
-//! Which edges of one mesh belong to which faces of another, in linked lists both ways.
+//! The incidence between edges of one mesh and faces of another, in linked lists in both directions.
 
 use mesh_core::{FaceId, Handle};
 
-/// Pairs of an edge and a face. A face gives all of its edges up at once.
+/// Pairs of an edge and a face. All pairs of a face are removed at once.
 pub(super) struct EdgeFaceIncidence {
     of_face: Vec<u32>,
-    /// A place for the first pair of each edge, where its list begins; most edges have no other. Places in lists
-    /// go on from these to those of the others.
+    /// The first pair of each edge, where the list of the edge begins. Most edges have only this one. A place below the
+    /// length of `first` is an index into `first`; higher places are indices into `others`.
     first: Vec<Pair>,
     others: Vec<Other>,
-    /// A list of places among the others that are free again, by their edges' lists.
+    /// The first free place in `others`. Free places are linked by `next_of_edge`.
     free: u32,
 }
 
@@ -17,12 +17,12 @@ pub(super) struct EdgeFaceIncidence {
 struct Pair {
     /// [`NONE`] where there is no pair in this place.
     face: u32,
-    /// The next one of the same face, and of the same edge.
+    /// The place of the next pair of the same face; `next_of_edge` is that of the same edge.
     next_of_face: u32,
     next_of_edge: u32,
 }
 
-/// One that is not the first of its edge.
+/// A pair that is not the first of its edge.
 #[derive(Clone, Copy)]
 struct Other {
     edge: u32,
@@ -31,7 +31,7 @@ struct Other {
 
 const NONE: u32 = u32::MAX;
 
-/// Room is made for so many more others at once: what doubles has room for much that never comes.
+/// The number of entries by which `others` grows at least. Doubling would waste memory.
 const MORE: usize = 1 << 14;
 
 impl EdgeFaceIncidence {
@@ -41,7 +41,7 @@ impl EdgeFaceIncidence {
         Self { of_face, first, others: Vec::new(), free: NONE }
     }
 
-    /// Adds a pair that is not there yet.
+    /// Adds a pair that is not in the lists yet.
     pub(super) fn add(&mut self, edge: u32, face: FaceId) {
         let edges = self.first.len();
         let first_of_face = &mut self.of_face[face.index()];
@@ -94,11 +94,11 @@ impl EdgeFaceIncidence {
             next = next_of_face;
             let edge = self.edge(place);
             if place == edge {
-                // The list goes on from here.
+                // The first pair stays as the head of the list of its edge.
                 self.pair_mut(place).face = NONE;
                 continue;
             }
-            // Few faces have the same edge.
+            // Few faces have the same edge, so a linear search is enough.
             let mut before = edge;
             while self.pair(before).next_of_edge != place {
                 before = self.pair(before).next_of_edge;
@@ -157,7 +157,7 @@ mod tests {
         };
         assert_eq!([0, 1, 2].map(|t| faces(&covers, t)), [vec![0, 2], vec![], vec![3]]);
         assert_eq!(covers.of_face(face(1)).count(), 0);
-        // What was given up is used again.
+        // Places that were freed are used again.
         covers.add(1, face(2));
         covers.add(0, face(3));
         assert_eq!(covers.others.len(), 3);

@@ -1,10 +1,10 @@
-//! Whether the edges at a vertex stay within a distance of a surface, at all their points.
+//! Tests whether the edges at a vertex stay within a distance of a surface, at all their points.
 //!
-//! A piece of an edge holds when both of its ends are close enough to the same triangle, from which the
-//! distance is a convex function; and when it is no longer than what its ends together are closer
-//! than they need be, for the distance from a surface changes by no more than the way that is gone. The
-//! others are halved. Middles that are close enough to neither triangle of the ends are looked up, all
-//! those of one round side by side.
+//! A piece of an edge passes if both ends are close enough to the same triangle, because the distance from a triangle
+//! is a convex function. It also passes if its length is at most the sum of the margins of its two ends, because the
+//! distance from a surface changes by no more than the distance travelled. Other pieces are halved. Each middle is
+//! first tested against the triangles of the two ends. If both fail, the surface is searched, for all such middles of a
+//! round together.
 
 use glam::DVec3;
 use mesh_metric::{ClosestPoint, Surface, closest_on_triangle};
@@ -17,8 +17,8 @@ struct Held {
     distance: f64,
 }
 
-/// Whether the segments from `hub` to each of `rim` are within `distance` of a surface. Between points that
-/// are, and that are no more than `least` apart, nothing more is asked.
+/// Whether the segments from `hub` to each point of `rim` are within `distance` of a surface. Pieces of length `least`
+/// or less pass if both ends do.
 pub(super) fn are_within(
     hub: DVec3,
     rim: &[DVec3],
@@ -55,7 +55,7 @@ pub(super) fn are_within(
         let (mut next, mut unheld) = (Vec::new(), Vec::new());
         for piece in open {
             let ([p, q], at) = (piece, middle(&piece));
-            // What one of the ends holds at its middle as well is half done.
+            // If the triangle of one end also covers the middle, that half is done.
             if let Some(m) = by(at, p.triangle) {
                 next.push([m, q]);
             } else if let Some(m) = by(at, q.triangle) {
@@ -78,7 +78,7 @@ pub(super) fn are_within(
 mod tests {
     use super::*;
 
-    /// Two squares with a gap between them, 2 wide, in whose middle a point is 1 away from both.
+    /// Two squares with a gap of width 2. The middle of the gap is at distance 1 from both.
     #[test]
     fn what_is_too_far_is_found_between_ends_that_are_not() {
         let square = |x: f64| [[x, 0.0], [x + 4.0, 0.0], [x + 4.0, 4.0], [x, 4.0]];
@@ -95,7 +95,7 @@ mod tests {
         assert!(holds(&[inside], 0.01));
         assert!(holds(&[inside, across], 1.001));
         assert!(!holds(&[inside, across], 0.999));
-        // An end that is itself too far.
+        // An end that is itself too far away.
         assert!(!holds(&[DVec3::new(1.0, 1.0, 2.0)], 1.0));
     }
 }

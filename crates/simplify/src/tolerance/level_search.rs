@@ -1,4 +1,4 @@
-//! The coarsest level of a run that is within a distance of the original once it is refined.
+//! Search for the coarsest level of a run that is within a distance of the original after refinement.
 
 use mesh_collapse::{CollapseLog, Level, Phase, Protected, Snapshot};
 use mesh_core::{TriMesh, VertexId, VertexMap};
@@ -10,7 +10,7 @@ use crate::tolerance::decimate::decimate_to_tolerance;
 use crate::tolerance::lower_bound_search::LowerBoundSearch;
 use crate::tolerance::measure::{AchievedError, Measuring};
 
-/// What is searched, and for what.
+/// Input of the search.
 pub(crate) struct LevelSearch<'a> {
     pub(crate) mesh: &'a TriMesh,
     /// The locked vertices and feature edges of the mesh.
@@ -20,13 +20,12 @@ pub(crate) struct LevelSearch<'a> {
     pub(crate) pipeline: &'a Pipeline<'a>,
     pub(crate) measuring: Measuring<'a>,
     pub(crate) limit: f64,
-    /// Whether and to what end a level within the limit is collapsed further, instead of being
-    /// refined.
+    /// If set, a level within the limit is collapsed further as described here, instead of being refined.
     pub(crate) decimate: Option<CollapseBack<'a>>,
 }
 
-/// What a search found: a level, by what the vertices of the original are in it, what was made of it,
-/// and how far that is from the original.
+/// Result of the search: a level, the vertex of the level for each vertex of the original, the finished mesh, and its
+/// distance from the original.
 pub(crate) struct Found {
     pub(crate) collapses: usize,
     pub(crate) vertex_map: VertexMap<Option<VertexId>>,
@@ -35,15 +34,15 @@ pub(crate) struct Found {
 }
 
 impl LevelSearch<'_> {
-    /// The coarsest level whose refined mesh is within the limit; the original when not even that
-    /// is measured to be within the limit of itself. Errors do not grow strictly with the number of
-    /// collapses, so that a coarser one may exist. Where the level is collapsed further anyway, the
-    /// first one that is found will do, and it is not refined.
+    /// The coarsest level whose refined mesh is within the limit. If none is measured to be within the limit, the
+    /// result is the original with its measured distance. Errors need not grow with the number of collapses, so a
+    /// coarser level within the limit may exist. If levels are collapsed further, the search ends at the first level
+    /// within the limit, and this level is not refined.
     ///
-    /// `snapshots` are what the run has left on the way, if anything.
+    /// `snapshots` are meshes that the run has saved on the way, if any.
     ///
-    /// When the observer says to stop, it is the coarsest one that was measured to be within the
-    /// limit by then; `None` when none was.
+    /// When the observer stops the search, the result is the coarsest level measured to be within the limit so far;
+    /// `None` if there is none.
     pub(crate) fn run(
         &self,
         snapshots: Vec<Snapshot>,
@@ -56,7 +55,7 @@ impl LevelSearch<'_> {
             log: self.log,
             original: self.measuring.original,
             limit: self.limit,
-            // What is not refined stays as it is.
+            // A level that is not refined stays as it is.
             both_ways: self.decimate.is_some(),
         };
         let (level, mut collapses) = guess.level(snapshots, observer)?;
@@ -77,7 +76,7 @@ impl LevelSearch<'_> {
             }
             collapses = match (good.as_ref().map(|good| good.collapses), bad) {
                 (Some(good), None) => scaled(vertices, good, 0.8).min(total),
-                // Collapsing further makes up for what is gone back too far.
+                // Large steps do no harm here: decimation removes the surplus faces.
                 (None, _) => {
                     scaled(vertices, collapses, if self.decimate.is_some() { 1.7 } else { 1.3 })
                 }
@@ -89,8 +88,7 @@ impl LevelSearch<'_> {
         }
     }
 
-    /// A level, collapsed further or refined, and measured; `None` when the observer says to stop before
-    /// that.
+    /// Collapses a level further, or refines it, and measures the result; `None` when the observer stops before that.
     fn attempt(
         &self,
         level: Level,

@@ -1,4 +1,4 @@
-//! About how far a run may go for its level to be within a distance of the original.
+//! Estimate of the number of collapses whose level is within a distance of the original.
 
 use core::ops::Range;
 
@@ -11,7 +11,7 @@ use crate::tolerance::bisection::{between, scaled};
 use mesh_collapse::{CollapseLog, Level, LogEntry, Phase, Protected, Snapshot, with_gaps};
 use mesh_refine::Observer;
 
-/// What is guessed about.
+/// Input of the estimate.
 pub(crate) struct LowerBoundSearch<'a> {
     pub(crate) mesh: &'a TriMesh,
     pub(crate) protected: &'a Protected,
@@ -19,47 +19,48 @@ pub(crate) struct LowerBoundSearch<'a> {
     pub(crate) log: &'a CollapseLog,
     pub(crate) original: &'a Surface,
     pub(crate) limit: f64,
-    /// Whether the level, too, has to be as close to the original as that: there its vertices and the middles
-    /// of its edges tell.
+    /// Whether the level must also be close to the original. This is tested at its vertices and at the middles of its
+    /// edges.
     pub(crate) both_ways: bool,
 }
 
-/// A level on the way, without its gaps much smaller than the mesh, and the collapses that follow, in its numbers.
+/// A level of the run, stored without gaps, and the collapses that follow, with the handles of this level.
 struct Stage {
     level: Level,
     log: CollapseLog,
-    /// How many collapses there were before it.
+    /// Number of collapses before this level.
     done: usize,
 }
 
-/// The part of the vertices that is left from one stage to the next, until that is too few.
+/// The ratio of vertices between two stages, as long as the levels are within the limit.
 const STEP: f64 = 0.125;
 
-/// The part of the limit at which points of a level are to be: in between it may be a little farther away, and then
-/// all that is made of it is for nothing. It has a few faces more for that, of which nothing is left in the end.
+/// The fraction of the limit at which points of a level must lie. Between these points the level may be a little
+/// farther away; without the margin, all work on it could be wasted. The margin leaves a few more faces, which later
+/// collapses remove.
 const BETWEEN: f64 = 0.97;
 
-/// Vertices of the original that are looked at together.
+/// Vertices of the original in one query.
 const BLOCK: usize = 1 << 16;
 
 impl LowerBoundSearch<'_> {
-    /// The level before the vertices of the original are farther from it, as it is before it is finished, than the
-    /// limit, or a finer one, when the observer says to stop; and the number of collapses to it. Where the run has
-    /// left snapshots, it is looked for from these on.
+    /// The number of collapses at which the vertices of the original are still within the limit of the level before it
+    /// is finished, and that level. A finer level when the observer stops the search. If the run has left snapshots,
+    /// the search continues from them.
     pub(crate) fn level(
         &self,
         snapshots: Vec<Snapshot>,
         observer: &mut Observer<'_>,
     ) -> Result<(Level, usize), SimplifyError> {
         let (used, total) = (self.original.used_vertices(), self.log.len());
-        // Of the others it is not known whether they are within the limit; they come after the stage.
+        // Stages after the current one. Whether they are within the limit is not known yet.
         let (mut stage, mut bad): (Option<Stage>, Option<usize>) = (None, None);
         let mut others: Vec<Stage> =
             snapshots.into_iter().map(|snapshot| self.stage(snapshot)).collect();
         loop {
             let done = stage.as_ref().map_or(0, |stage| stage.done);
             let next = match bad {
-                // One that is there already takes no replay.
+                // A stage that exists already needs no replay.
                 Some(bad) => between(used.len(), done, bad)
                     .map(|next| others.last().map_or(next, |other| other.done)),
                 None => (done < total).then(|| scaled(used.len(), done, STEP).min(total)),
@@ -94,7 +95,7 @@ impl LowerBoundSearch<'_> {
         }
     }
 
-    /// What a run without marks has left on the way.
+    /// The stage of a snapshot of a run without protected elements.
     fn stage(&self, snapshot: Snapshot) -> Stage {
         let Snapshot { mesh, vertices, half_edges, collapses: done } = snapshot;
         let topology = self.mesh.topology();
@@ -113,7 +114,7 @@ impl LowerBoundSearch<'_> {
         Stage { level, log, done }
     }
 
-    /// The level after so many collapses on a mesh, and where its elements are now, if it is within the limit.
+    /// The level after `collapses` collapses on a mesh, with the map of its handles, if it is within the limit.
     fn within(
         &self,
         (mesh, protected, log): (&TriMesh, &Protected, &CollapseLog),
@@ -124,12 +125,13 @@ impl LowerBoundSearch<'_> {
         if !self.is_near(&mesh) {
             return Ok(None);
         }
-        // Without gaps the surface takes less.
+        // Without gaps the search tree of the surface takes less memory.
         let (level, remap) = Level::compacted(mesh, &protected, log, collapses);
         Ok(self.has_near(&level.mesh, used)?.then_some((level, remap)))
     }
 
-    /// Whether the level is near the original, where that matters. These points are fewer than those of the original.
+    /// Whether the points of the level are near the original, if that is required. There are fewer of them than
+    /// vertices of the original.
     fn is_near(&self, level: &TriMesh) -> bool {
         !self.both_ways
             || self.original.are_within(&vertices_and_middles(level), BETWEEN * self.limit)
@@ -145,7 +147,7 @@ impl LowerBoundSearch<'_> {
     }
 }
 
-/// Some of the collapses of a log, in the numbers of a level without gaps that comes before them, as `new` gives them.
+/// A range of the collapses of a log, translated by `new` into the handles of a level without gaps.
 fn following(
     log: &CollapseLog,
     collapses: Range<usize>,
@@ -155,7 +157,7 @@ fn following(
     CollapseLog::from_entries(entries.map_while(new).collect())
 }
 
-/// By old handle, of which there are so many: where it is among the new ones.
+/// The inverse of a list of old handles: for each old handle below `capacity`, the new one.
 fn inverse<H: Handle>(old: &[H], capacity: usize) -> Vec<Option<H>> {
     let mut new = vec![None; capacity];
     old.iter().enumerate().for_each(|(i, old)| new[old.index()] = Some(H::from_index(i)));
@@ -196,8 +198,8 @@ mod tests {
         assert_eq!(level.vertex_map, other.vertex_map);
     }
 
-    /// Found by going on from levels without gaps, from those that passes over blocks have left where there are
-    /// any; looked at by replays of the original.
+    /// The estimate continues from compacted levels, and from snapshots of block passes if there are any. The test
+    /// compares it with replays on the original.
     #[test]
     fn the_level_is_within_the_limit_and_much_coarser_ones_are_not() {
         for (cells, passes) in [(60, 0), (220, 1)] {
@@ -243,7 +245,7 @@ mod tests {
             }
             assert!(found.is_sorted() && found[1] > 100 && found[3] < log.len());
             assert_eq!(found[4], log.len());
-            // The finest and the coarsest of them lie on both sides of what passes have left.
+            // The snapshots lie between the finest and the coarsest result.
             assert!(snapshots.iter().all(|left| (found[0]..found[4]).contains(&left.collapses)));
         }
     }

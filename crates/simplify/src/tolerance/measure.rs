@@ -31,7 +31,8 @@ pub struct AchievedError {
 }
 
 impl AchievedError {
-    /// Whether the distance is known to be at most `limit`, as far as it is known.
+    /// Whether the distance is at most `limit`: by its proved upper bound, or by the sampled value if nothing was
+    /// proved.
     #[must_use]
     pub fn is_within(&self, limit: f64) -> bool {
         self.upper.unwrap_or(self.lower) <= limit
@@ -43,11 +44,11 @@ impl AchievedError {
 pub(crate) struct Measuring<'a> {
     pub(crate) original: &'a Surface,
     pub(crate) check: ErrorCheck,
-    /// What the distance is to be compared with, if that is known before.
+    /// The limit that the distance will be compared with, if there is one.
     pub(crate) limit: Option<f64>,
 }
 
-/// The pieces of triangles to look at before a distance counts as above the limit.
+/// The number of pieces of triangles after which an undecided distance counts as above the limit.
 const MAX_PIECES: usize = 4_000_000;
 
 /// How many samples of each surface are compared.
@@ -68,8 +69,7 @@ impl Measuring<'_> {
             let size = self.original.bounding_box().diagonal();
             let limit = self.limit;
             let tolerance = limit.map_or(1e-4 * size, |limit| 0.001 * limit);
-            // Where the distance is so close to the limit that more pieces were needed to tell, it
-            // counts as above.
+            // A distance so close to the limit that more pieces would be needed counts as above it.
             let certify = match limit {
                 None => CertifyOptions { tolerance, ..CertifyOptions::default() },
                 Some(_) => CertifyOptions {

@@ -1,20 +1,20 @@
-//! A largest error: how far collapses may go.
+//! Error limits: how far collapses may go.
 //!
-//! **In:** the original, a run of collapses on it, and a distance.
-//! **Out:** how many of the collapses may stay, the mesh that is left, and its distance from the
-//! original, sampled or proved.
+//! **Input:** the original, a run of collapses on it, and a distance.
+//! **Output:** the number of collapses that stay, the resulting mesh, and its distance from the original, sampled or
+//! proved.
 //!
 //! Invariants:
 //!
-//! - A distance counts both ways, and is measured in one way wherever it is compared with a limit.
-//! - What is said to be within a limit was measured after the last change of the mesh.
-//! - Every level that is looked at is a replay of the log of one run.
+//! - Distances are two-sided, and every comparison with a limit uses the same measurement.
+//! - A mesh reported as within a limit was measured after its last change.
+//! - Every level examined is a replay of the log of one run.
 //!
-//! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
-//! is finished, measured and decimated to the tolerance, and how, is handed in.
+//! Uses `mesh-collapse` and `mesh-refine` for levels and their refinement, and `mesh-metric` for distances. It does not
+//! depend on the options of a run: the caller passes what to refine, measure and decimate.
 //!
-//! From the bottom: `measure`, `levels`, `covers`, `prepared`, `proofs`, `reach` and `spokes`; `guess`, `within` and `tether`;
-//! `squeeze`; `search`.
+//! Layers, lowest first: `measure`, `bisection`, `edge_face_incidence`, `prepared_triangle`, `proofs`, `coverage` and
+//! `incident_edges`; `lower_bound_search`, `within` and `distance_constraint`; `decimate`; `level_search`.
 
 mod bisection;
 mod coverage;

@@ -1,20 +1,20 @@
-//! A triangle that is asked about many points.
+//! A triangle prepared for many distance queries.
 
 use glam::DVec3;
 use mesh_metric::closest_on_triangle;
 
 pub(super) type Triangle = [DVec3; 3];
 
-/// Below this sine of the angle at its first corner, a triangle counts as one without a plane.
+/// Below this sine of the angle at its first corner, a triangle counts as degenerate and gets no plane.
 const THIN: f64 = 1e-6;
 
-/// A triangle with its plane, and the planes that stand on that along its sides. Most points lie so far over
-/// it or beside it, or so clearly over its inside, that these tell.
+/// A triangle with its plane, and the perpendicular planes along its sides. For most points these planes decide the
+/// query: the point is far above the triangle, far beside it, or clearly above its inside.
 #[derive(Clone)]
 pub(super) struct Prepared {
     corners: Triangle,
     normal: DVec3,
-    /// Of each side, from the first corner on: in the plane, and inwards.
+    /// For each side, from the first corner on: the unit vector in the plane that points inwards.
     inward: [DVec3; 3],
 }
 
@@ -41,7 +41,7 @@ impl Prepared {
         }
         let [of_a, of_b, of_c] = self.inward;
         let inside = of_a.dot(point - a).min(of_b.dot(point - b)).min(of_c.dot(point - c));
-        // Without a plane there is no inside.
+        // A triangle without a plane has no inside.
         if inside > 0.0 {
             return Some(over);
         }

@@ -1,8 +1,9 @@
-//! Which faces of a mesh are proved to be close enough to the original at all their points.
+//! Proofs that faces of a mesh are close enough to the original at all their points.
 //!
-//! Where the two surfaces are heights over each other, vertices and edges tell ([`tether`](crate::tolerance::distance_constraint)).
-//! Where they are not, which is rare, a face may be too far away in its middle. So a mesh is first collapsed without
-//! proofs; what turns out not to be proved then tells near which places to prove.
+//! Where the two surfaces are height fields over each other, checks of vertices and edges are enough
+//! ([`distance_constraint`](crate::tolerance::distance_constraint)). Elsewhere, which is rare, the middle of a face may
+//! be too far away. So a mesh is first collapsed without proofs. The faces that cannot be proved afterwards mark the
+//! places where the next attempt needs proofs.
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh, parallel};
@@ -14,7 +15,7 @@ use crate::tolerance::prepared_triangle::Triangle;
 #[derive(Clone, Copy)]
 pub(super) enum Proofs<'a> {
     None,
-    /// Those that come near one of these places.
+    /// Collapses near one of these places.
     Near(&'a [Ball]),
     All,
 }
@@ -26,14 +27,14 @@ pub(super) struct Ball {
     radius: f64,
 }
 
-/// The pieces of faces to look at before these count as too far.
+/// The number of pieces of faces after which an undecided group counts as too far away.
 const MAX_PIECES: usize = 3000;
 
-/// Faces that are proved together, if they are.
+/// The number of faces that are proved as a group. If the proof fails, each face is proved by itself.
 const TOGETHER: usize = 16;
 
 impl Proofs<'_> {
-    /// Whether the faces around a vertex need proofs, whose other corners are given.
+    /// Whether the faces around the vertex `hub` need proofs; `rim` are their other corners.
     pub(super) fn are_needed(&self, hub: DVec3, rim: &[DVec3]) -> bool {
         match self {
             Self::None => false,
@@ -54,7 +55,7 @@ impl Ball {
     }
 }
 
-/// Whether no point of some faces is farther from the original than a distance.
+/// Whether every point of the faces is proved to be within the distance of the original.
 pub(super) fn are_proved(faces: &[Triangle], original: &Surface, distance: f64) -> bool {
     let corners: Vec<[u32; 3]> =
         (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
@@ -69,7 +70,7 @@ pub(super) fn are_proved(faces: &[Triangle], original: &Surface, distance: f64) 
     one_sided_bounds(&surface, original, &options).upper <= distance
 }
 
-/// Where the faces of a mesh are that are not proved to be within a distance of the original.
+/// Balls around the faces of a mesh that are not proved to be within the distance of the original.
 pub(super) fn unproved(mesh: &TriMesh, original: &Surface, distance: f64) -> Vec<Ball> {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
     let some: Vec<&[FaceId]> = faces.chunks(TOGETHER).collect();
@@ -90,8 +91,8 @@ mod tests {
     use super::*;
     use mesh_shapes::Plane;
 
-    /// Two triangles over a square that rises to a peak over the middle of one of them, where they have no vertex or
-    /// edge.
+    /// Two triangles form a square. The original rises to a peak above the middle of one of them, away from vertices
+    /// and edges.
     #[test]
     fn a_face_that_is_too_far_in_its_middle_is_found_and_what_comes_near_it() {
         let plane = |cells: usize| {

@@ -1,4 +1,4 @@
-//! How far a run may go for the result to stay within a distance, without finishing it.
+//! The number of collapses of a run whose result stays within a distance, without refinement.
 
 use mesh_collapse::CollapseLog;
 use mesh_core::TriMesh;
@@ -8,12 +8,12 @@ use mesh_refine::Observer;
 use crate::error::SimplifyError;
 use crate::tolerance::measure::{ErrorCheck, Measuring};
 
-/// How many of the collapses of a run may be carried out for the level to be within a distance of
-/// the mesh that the run was made on, both ways, up to half a percent of the vertices. The distance
-/// is measured as for [`ToleranceOptions::distance`](crate::ToleranceOptions::distance).
+/// The largest number of collapses of a run after which the level is within a distance of the mesh that the run was
+/// made on, in both directions. The search stops within 0.5 % of the vertices. The distance is measured as for
+/// [`ToleranceOptions::distance`](crate::ToleranceOptions::distance).
 ///
 /// # Errors
-/// The limit makes no sense, the mesh has no faces, or the log is that of another mesh.
+/// The limit is negative or not finite, the mesh has no faces, or the log belongs to another mesh.
 pub fn collapses_within(
     mesh: &TriMesh,
     log: &CollapseLog,
@@ -35,7 +35,7 @@ pub fn collapses_within(
     }
     let vertices = mesh.topology().vertex_count();
     while bad - good > 1 + (vertices - good) / 200 {
-        // In between as a ratio: errors grow with the size of the faces.
+        // The geometric mean of the vertex counts: errors grow with the size of the faces.
         let middle = vertices as f64 - (((vertices - good) * (vertices - bad)) as f64).sqrt();
         let middle = (middle as usize).clamp(good + 1, bad - 1);
         *(if is_within(middle)? { &mut good } else { &mut bad }) = middle;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::build::{Repair, build};
 
-/// A real mesh, if the environment says where they are.
+/// A real mesh, if the environment variable for their folder is set.
 pub(crate) fn model(name: &str) -> Option<TriMesh> {
     let Ok(folder) = std::env::var("CURVMESH_MODELS") else {
         eprintln!("skipped: set CURVMESH_MODELS to a folder with {name}");
@@ -17,7 +17,7 @@ pub(crate) fn model(name: &str) -> Option<TriMesh> {
     Some(build(&model.soup, &Repair::lenient()).unwrap().mesh)
 }
 
-/// Parts, each of points and triangles, in one mesh that joins nothing.
+/// Parts, each with points and triangles, in one mesh, not connected.
 pub(crate) fn joined(parts: &[(Vec<DVec3>, Vec<[u32; 3]>)]) -> TriMesh {
     let (mut points, mut triangles): (Vec<DVec3>, Vec<[u32; 3]>) = Default::default();
     for (more, faces) in parts {

@@ -1,4 +1,4 @@
-//! glTF and GLB, by `gltf`, which checks the document; the data are read here.
+//! glTF and GLB, by the crate `gltf`, which checks the document; the data are read here.
 
 use std::path::Path;
 

@@ -40,7 +40,7 @@ pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
     Ok(content)
 }
 
-/// The vertex of a corner `v/vt/vn`, whose parts must all be there.
+/// The vertex of a corner `v/vt/vn`; all its parts must be in range.
 fn vertex(corner: &str, counts: [usize; 3]) -> Result<u32, Complaint> {
     let mut vertex = None;
     for ((part, count), what) in

@@ -1,5 +1,4 @@
-//! OFF as text, with one vertex or face per line, and in binary with the most significant byte
-//! first.
+//! OFF as text, with one vertex or face per line, and binary big-endian OFF.
 
 use std::path::Path;
 

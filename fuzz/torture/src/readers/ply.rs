@@ -13,7 +13,7 @@ use super::super::content::{Complaint, Content};
 struct Element {
     position: [f64; 3],
     vertices: Vec<u32>,
-    /// Why this is no vertex or face.
+    /// The reason why this is not a vertex or face.
     complaint: Option<String>,
 }
 

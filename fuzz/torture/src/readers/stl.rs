@@ -20,7 +20,7 @@ pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
     Ok(content)
 }
 
-/// The solids of a text file one by one, since the library stops after the first; a binary file as it is.
+/// The solids of a text file one by one, since the library stops after the first; a binary file unchanged.
 fn solids(bytes: &[u8]) -> Vec<&[u8]> {
     let end = b"\nendsolid";
     let is_text = bytes.starts_with(b"solid") && bytes.windows(end.len()).any(|part| part == end);

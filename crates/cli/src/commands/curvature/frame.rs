@@ -17,8 +17,8 @@ use crate::load::Seconds;
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
-/// The property that is 1 for vertices with curvature, and 0 for those without, whose other numbers
-/// are 0.
+/// The property that is 1 for vertices with curvature, and 0 for vertices without. The other properties of such
+/// vertices are 0.
 const KNOWN: &str = "curvature_known";
 
 #[derive(Serialize)]
@@ -26,12 +26,12 @@ struct Results {
     #[serde(flatten)]
     integrals: Integrals,
     estimator: &'static str,
-    /// With `ball`.
+    /// Only for `ball`.
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
     /// Whether the default radius of balls was reduced to limit the time.
     radius_reduced: bool,
-    /// With `fit`.
+    /// Only for `fit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     rings: Option<usize>,
     vertices_without_curvature: usize,
@@ -106,8 +106,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     report.done(console, summary(&report), brief)
 }
 
-/// The mesh with its colours, and every quantity and the directions as named numbers where the format
-/// has a place for them.
+/// The mesh with its colours, and every quantity and the directions as named numbers if the format can store them.
 fn colored(
     mut model: Model,
     format: Option<Format>,
@@ -139,7 +138,7 @@ fn colored(
     model
 }
 
-/// The colour of what has no curvature.
+/// The colour of vertices without curvature.
 const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 
 /// The colours of the directions of the larger and the smaller curvature.
@@ -157,7 +156,7 @@ fn arrows(mesh: &TriMesh, values: &FrameValues) -> Result<Model, Failure> {
         let [max, min] = [frame.direction_max, frame.direction_min];
         for ([along, across], color) in [[max, min], [min, max]].into_iter().zip(DIRECTION_COLORS) {
             let first = u32::try_from(soup.vertex_count()).map_err(Failure::refused)?;
-            // Turned so that the normal is that of the surface.
+            // Turned so that the diamond has the normal of the surface.
             let side = if along.cross(across).dot(frame.normal) < 0.0 { -across } else { across };
             let corners: [DVec3; 4] = [along, 0.12 * side, -along, -0.12 * side];
             for corner in corners {

@@ -1,4 +1,4 @@
-//! What `curvature` takes from the command line, whatever estimates it.
+//! Command-line options of `curvature` for all estimators.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -100,7 +100,7 @@ fn quantity() -> impl TypedValueParser<Value = Quantity> {
 }
 
 impl Curvature {
-    /// The page of an exhibit whose colours are those of the quantity, on its vertices or faces.
+    /// The page of an exhibit with the colours of the quantity, on its vertices or faces.
     pub(crate) fn page(&self, title: &str, on: &str, exhibit: Exhibit, scale: &Scale) -> Page {
         let mut page = Page::new(format!("{}: {title}", exhibit.name), vec![exhibit]);
         page.start.color = Some(format!("{on}:{}", self.quantity.property()));
@@ -109,7 +109,7 @@ impl Curvature {
         page
     }
 
-    /// Refuses options that would do nothing, and quantities that there are not.
+    /// Refuses options without effect, and undefined quantities.
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
         self.look.check(&self.job.inputs)?;
         if self.job.output.is_none() && !self.look.is_wanted() {

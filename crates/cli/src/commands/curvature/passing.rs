@@ -1,4 +1,4 @@
-//! `curvmesh curvature --memory`: of a mesh that does not fit, region by region.
+//! `curvmesh curvature --memory`: curvature of a mesh that does not fit into memory, region by region.
 
 use dcurv::Totals;
 use mesh_core::{TriMesh, VertexId};

@@ -66,7 +66,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     done(&report, console)
 }
 
-/// The report as it is printed.
+/// Prints the report.
 pub(super) fn done(report: &Report<Results>, console: &Console) -> Result<Done, Failure> {
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
     let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
@@ -91,14 +91,13 @@ fn page(
     Ok(options.page("curvature", "vertex", exhibit, scale))
 }
 
-/// The colours and their range; vertices without faces have no say in it.
+/// The colours and their range; vertices without faces are ignored.
 fn scale(options: &Curvature, topology: &Topology, shown: &VertexMap<f64>) -> Scale {
     let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
     options.colors.scale(options.quantity.is_signed(), used.map(|v| shown[v]).collect())
 }
 
-/// The content of the output: the mesh, its colours, and every quantity as a named number where the
-/// format has a place for it.
+/// The content of the output: the mesh, its colours, and every quantity as a named number if the format can store it.
 fn colored(
     mut model: Model,
     format: Option<Format>,

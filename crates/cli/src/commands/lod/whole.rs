@@ -33,8 +33,8 @@ struct Results {
     levels: Vec<Level>,
 }
 
-/// A level, and its distance from the input: the mean and the root mean square over both
-/// directions, and the largest of all samples.
+/// A level, and its distance from the input: the mean and the root mean square over both directions, and the largest of
+/// all samples.
 #[derive(Serialize)]
 struct Level {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -49,7 +49,7 @@ struct Level {
 
 pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
     options.check_given(&session.given)?;
-    // What cannot be written is refused before anything is read.
+    // Checks the outputs before anything is read.
     Place::new(options, options.steps.or_quiet_default(None).count(), &session.given)?;
     let console = &*session.console.beside(Some(&options.output))?;
     let mut seconds = Seconds::default();
@@ -128,7 +128,7 @@ fn page(
     Ok(page)
 }
 
-/// The collapses, recorded or found.
+/// The collapses, from a record or from a run.
 fn collapses(
     options: &Lod,
     steps: &LevelSteps,
@@ -146,7 +146,7 @@ fn collapses(
     attributes.constrain(mesh, &mut settings);
     if let Some(error) = steps.max_error() {
         settings = settings.within(error, options.policy.check());
-        // What is squeezed is no stage of the run any more.
+        // With decimation to the tolerance, the result would not be a stage of the run.
         settings.tolerance.decimate = false;
     }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
@@ -166,7 +166,7 @@ fn failed(error: LevelError) -> Failure {
     }
 }
 
-/// What is said of the levels, and their content.
+/// The reports of the levels, and their content.
 fn told(levels: Vec<LevelOfDetail>) -> (Vec<Level>, Vec<Model>) {
     let tell = |level: LevelOfDetail| {
         let LevelOfDetail { model, mesh, collapses, distance } = level;
@@ -184,11 +184,11 @@ fn told(levels: Vec<LevelOfDetail>) -> (Vec<Level>, Vec<Model>) {
     levels.into_iter().map(tell).unzip()
 }
 
-/// Where the levels go.
+/// The files of the levels.
 enum Place {
     /// All into one file.
     Together(PathBuf),
-    /// Each into a file of its own.
+    /// Each level in its own file.
     Apart(Vec<PathBuf>),
 }
 
@@ -228,7 +228,7 @@ impl Place {
         Ok(Self::Apart(paths))
     }
 
-    /// Writes the levels and the record. All of them are whole before the first takes its place.
+    /// Writes the levels and the record. All of them are complete before the first is moved to its place.
     fn write(
         &self,
         loaded: &Loaded,
@@ -271,9 +271,8 @@ impl Place {
 /// The height of a usual screen in pixels.
 const SCREEN: f64 = 1080.0;
 
-/// For the input and each level, the part of the screen that the object must cover for it to be
-/// shown: where the largest error of the next one would be more than a pixel. The last is shown
-/// however small.
+/// For the input and each level, the share of the screen that the object must cover for it to be shown: where the
+/// largest error of the next one would exceed a pixel. The last level has no lower limit.
 fn shown_from(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
     let size = loaded.mesh.bounding_box().map_or(0.0, |b| b.diagonal());
     let mut last = 1.0_f64;

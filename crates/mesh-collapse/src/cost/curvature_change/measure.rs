@@ -1,8 +1,8 @@
-//! Numbers that follow from the curvature of a vertex.
+//! Numbers derived from the curvature of a vertex.
 
 use dcurv::{VertexCurvature, VertexIntegrals};
 
-/// The number per vertex.
+/// The number for each vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::cost) enum Measure {
     /// |k1| + |k2| at the vertex.
@@ -26,7 +26,7 @@ impl Measure {
     }
 }
 
-/// A vertex as it is.
+/// The current data of a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::cost) struct Term {
     pub(in crate::cost) integrals: VertexIntegrals,

@@ -1,10 +1,9 @@
-//! The star of the vertex that remains after a collapse, its spokes side by side.
+//! The star of the remaining vertex after a collapse, evaluated in parallel.
 //!
-//! Every step of a turn around a vertex waits for the one before, which leaves a processor little to
-//! do at once. Here the spokes stand in rows: first the neighbours and what is known of them is
-//! looked up, then faces, edges and vertices are evaluated in blocks of rows by loops that compilers
-//! turn into vector instructions, of the widest kind that the processor has. The terms of a vertex
-//! are added in a fixed order, so that the width does not change the bits.
+//! A walk around a vertex is sequential: each step waits for the one before. Here the spokes are stored in rows. First
+//! all neighbours and their data are looked up. Then faces, edges and vertices are evaluated in blocks of rows, by
+//! loops that compilers turn into vector instructions of the widest kind that the processor has. The terms of a vertex
+//! are added in a fixed order, so the width does not change the bits.
 
 use core::f64::consts::PI;
 
@@ -22,13 +21,12 @@ use crate::geometry::edge_patch::EdgePatch;
 /// each of its ends (KKL02 sec. 3.1).
 const HINGE_SHARE: f64 = 0.25;
 
-/// Memory for a star, and what was found of the last one.
+/// Buffers for a star, and the result of the last evaluation.
 ///
-/// The spokes stand in rows 1 to `spokes.len()`, clockwise. The face of a row lies between its spoke
-/// and that of the row before; the link is the side of that face opposite to the centre. The row
-/// before the first spoke repeats the last one and the other way round when the star is closed; when
-/// it is open, the first row has no face. Rows beyond hold numbers of earlier stars, which nothing
-/// depends on.
+/// The spokes are in rows 1 to `spokes.len()`, clockwise. The face of a row lies between its spoke and the spoke of the
+/// row before; the link is the side of that face opposite to the centre. If the star is closed, the row before the
+/// first spoke repeats the last one, and the row after the last spoke repeats the first one. If it is open, the first
+/// row has no face. Further rows hold values of earlier stars, which are not used.
 #[derive(Clone, Debug)]
 pub(super) struct MergedRing {
     level: Level,
@@ -37,11 +35,11 @@ pub(super) struct MergedRing {
     closed: bool,
     rows: Rows,
     center: Term,
-    /// What was evaluated last: the measure, the version of the tables, and the collapse.
+    /// The input of the last evaluation: the measure, the version of the tables, and the collapse.
     evaluated: Option<(Measure, u64, HalfEdgeId, DVec3)>,
 }
 
-/// A neighbour of the vertex that remains.
+/// A neighbour of the remaining vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spoke {
     /// The half-edge to it, in the mesh before the collapse.
@@ -49,10 +47,10 @@ pub(super) struct Spoke {
     pub(super) vertex: VertexId,
 }
 
-/// A face of the vertex that remains, as it would be.
+/// A face of the remaining vertex after the collapse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MergedFace {
-    /// At the vertex that remains, at the neighbour of this row, and at that of the row before.
+    /// The angles at the remaining vertex, at the neighbour of this row, and at the neighbour of the row before.
     pub(super) angles: [f64; 3],
     pub(super) third: f64,
     pub(super) link_hinge: f64,
@@ -73,8 +71,8 @@ impl Default for MergedRing {
 }
 
 impl MergedRing {
-    /// Evaluates the star of the vertex that remains at `x`, and what becomes of its neighbours,
-    /// unless that was what was evaluated last, with the tables in the same version.
+    /// Evaluates the star of the remaining vertex at `x` and the changes of its neighbours, unless the last evaluation
+    /// had the same input.
     pub(super) fn evaluate(
         &mut self,
         tables: &Tables,
@@ -93,22 +91,22 @@ impl MergedRing {
         self.center = self.add_up(measure);
     }
 
-    /// The vertex that remains, as it would be.
+    /// The remaining vertex after the collapse.
     pub(super) fn center(&self) -> &Term {
         &self.center
     }
 
-    /// The neighbours of the vertex that remains.
+    /// The neighbours of the remaining vertex.
     pub(super) fn spokes(&self) -> &[Spoke] {
         &self.spokes
     }
 
-    /// What is measured at each neighbour, as it would be.
+    /// The measure of each neighbour after the collapse.
     pub(super) fn measured(&self) -> &[f64] {
         self.rows.column(Column::Measured, self.spokes.len())
     }
 
-    /// A neighbour as it would be.
+    /// A neighbour after the collapse.
     pub(super) fn neighbour(&self, spoke: usize) -> Term {
         let row = spoke + 1;
         Term {
@@ -118,7 +116,7 @@ impl MergedRing {
         }
     }
 
-    /// The share of mean curvature of a spoke, as it would be.
+    /// The share of mean curvature of a spoke after the collapse.
     pub(super) fn spoke_hinge(&self, spoke: usize) -> f64 {
         self.rows[(Column::SpokeHinge, spoke + 1)]
     }
@@ -134,7 +132,7 @@ impl MergedRing {
         })
     }
 
-    /// Looks up the neighbours and everything that is known of them.
+    /// Looks up the neighbours and their data.
     fn line_up(&mut self, tables: &Tables, patch: &EdgePatch<'_>, x: DVec3) {
         self.closed = patch.merged_ring(&mut self.half_edges);
         let count = self.half_edges.len();
@@ -174,7 +172,7 @@ impl MergedRing {
         rows.repeat(Vector::Along, 1, count + 1);
     }
 
-    /// Takes the faces that vanish away from their apexes, with the second spoke to each.
+    /// Subtracts the vanishing faces, and the second spoke to each apex, from the terms of the apexes.
     fn remove_vanishing(&mut self, tables: &Tables, patch: &EdgePatch<'_>) {
         let topology = patch.mesh().topology();
         for side in [patch.half_edge(), patch.half_edge().twin()] {
@@ -202,7 +200,7 @@ impl MergedRing {
         for first in (1..=count).step_by(LANES) {
             self.evaluate_neighbours(first);
         }
-        // One loop for each, so that none has to choose.
+        // One loop per measure, so that the loops have no branches.
         match measure {
             Measure::AbsSum => self.measure(|terms, open| Measure::AbsSum.of(terms, open)),
             Measure::SquaredSum => self.measure(|terms, open| Measure::SquaredSum.of(terms, open)),
@@ -256,7 +254,7 @@ impl MergedRing {
         rows.store(Column::LinkChange, first, &old_link);
     }
 
-    /// Puts the first face behind the last one; when the star is open, there is none at either end.
+    /// Copies the first face behind the last one; an open star has no face at either end.
     fn close(&mut self) {
         let end = self.spokes.len() + 1;
         let rows = &mut self.rows;
@@ -326,7 +324,7 @@ impl MergedRing {
         }
     }
 
-    /// The vertex that remains.
+    /// The sums at the remaining vertex.
     fn add_up(&self, measure: Measure) -> Term {
         let count = self.spokes.len();
         let sum = |column| self.rows.column(column, count).iter().sum::<f64>();

@@ -1,9 +1,8 @@
-//! How much a collapse changes the curvature of the vertices around it.
+//! The change of the curvature of the vertices around a collapse.
 //!
-//! What is integrated over a vertex is a sum over the corners and edges at it, so that a collapse
-//! changes only the terms of the faces of its patch. The integrals of the mesh as it is are kept in
-//! tables; what a collapse makes of them is found by [`MergedRing`]. The area of a vertex is a third
-//! of its faces, as in KKL02.
+//! An integral over a vertex is a sum over its corners and edges, so a collapse changes only the terms of the faces of
+//! its patch. The integrals of the current mesh are kept in tables; [`MergedRing`] computes their values after a
+//! collapse. The area of a vertex is a third of its faces, as in KKL02.
 
 pub(super) mod measure;
 mod merged_ring;
@@ -19,13 +18,13 @@ use crate::cost::curvature_change::tables::Tables;
 use crate::geometry::edge_patch::EdgePatch;
 use crate::policy::Scratch;
 
-/// A number per vertex that follows from its curvature, kept up to date over collapses, and its
-/// sum over a patch before and after a collapse.
+/// A number per vertex derived from its curvature, updated with each collapse, and its sum over a patch before and
+/// after a collapse.
 #[derive(Clone, Debug)]
 pub(super) struct CurvatureChange {
     measure: Measure,
     tables: Tables,
-    /// How often the tables have changed.
+    /// The number of changes of the tables.
     version: u64,
 }
 
@@ -63,7 +62,7 @@ impl CurvatureChange {
         }
     }
 
-    /// Takes over what a collapse that is about to be carried out changes.
+    /// Updates the tables for a collapse that is about to be carried out.
     pub(super) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
         let star: &mut MergedRing = scratch.get();
         star.evaluate(&self.tables, (self.measure, self.version), patch, x);
@@ -81,8 +80,8 @@ impl CurvatureChange {
             sides.into_iter().zip(face.angles).for_each(|(side, angle)| corners[side] = angle);
             thirds[f] = face.third;
         }
-        // Of the two spokes to the apex of a face that vanishes only one was met, and either may
-        // stay, with one half-edge taking the place of the twin of the other.
+        // The star contains only one of the two spokes to the apex of a vanishing face. Either may stay, with one
+        // half-edge taking the place of the twin of the other.
         for side in [patch.half_edge(), patch.half_edge().twin()] {
             if topology.is_exterior(side) {
                 continue;
@@ -105,7 +104,7 @@ pub(super) mod tests {
     use dcurv::{VertexArea, vertex_curvature};
     use mesh_shapes::{Plane, Sphere};
 
-    /// A closed mesh, the hull of so many random points, and one with a boundary, both bent.
+    /// A closed mesh, the hull of `points` random points, and a mesh with a boundary, both bent.
     pub(super) fn bent_meshes(points: usize, seed: u64, cells: usize) -> [TriMesh; 2] {
         let plane = Plane { half_width: 1.0 }.mesh(cells, Default::default()).unwrap();
         [Sphere { radius: 1.0 }.random_hull(points, seed).unwrap(), plane].map(|soup| {
@@ -117,7 +116,7 @@ pub(super) mod tests {
         })
     }
 
-    /// What is foretold is what comes about, inside and on the boundary.
+    /// The predicted sums equal the sums after the collapse, in the interior and at the boundary.
     #[test]
     fn sums_are_those_of_the_collapsed_mesh() {
         for mut mesh in bent_meshes(60, 5, 4) {
@@ -131,7 +130,7 @@ pub(super) mod tests {
                 })
                 .sum()
             };
-            // The tables follow the mesh: what is foretold stays right from collapse to collapse.
+            // The tables follow the mesh, so predictions stay correct over several collapses.
             for round in 0..10 {
                 let before: f64 = total(&mesh);
                 let mut chosen = None;

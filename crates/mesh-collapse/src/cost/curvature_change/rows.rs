@@ -1,4 +1,4 @@
-//! Numbers in rows and columns, in one piece of memory.
+//! Numbers in rows and columns, in one allocation.
 //!
 //! Each column is contiguous, so that a block of consecutive rows is read and written at once.
 
@@ -6,20 +6,19 @@ use core::ops::{Index, IndexMut};
 
 use glam::DVec3;
 
-/// How many rows are evaluated at once.
+/// The number of rows that are evaluated together.
 pub(super) const LANES: usize = 4;
 
-/// A number of a block of rows.
+/// The values of a column in a block of rows.
 pub(super) type Lanes = [f64; LANES];
 
-/// What is known of a spoke of a star and of the face between it and the spoke before.
+/// The data of a spoke of a star and of the face between it and the spoke before.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Column {
-    /// The share of the bend of the spoke, or of the link, that belongs to each of its ends; 0 where
-    /// it lies on the boundary.
+    /// The share of the bend of the spoke, or of the link, that each of its ends receives; 0 on the boundary.
     SpokeShare,
     LinkShare,
-    /// The angles of the face at the centre, at this neighbour and at that of the row before.
+    /// The angles of the face at the centre, at this neighbour, and at the neighbour of the row before.
     CenterAngle,
     Angle,
     AngleBefore,
@@ -27,14 +26,13 @@ pub(super) enum Column {
     Third,
     SpokeHinge,
     LinkHinge,
-    /// By how much the angles, the third of the area and the hinge of the link change. Before
-    /// evaluation, what they are in the mesh as it is.
+    /// The changes of the angles, of a third of the area, and of the hinge of the link. Before the evaluation, their
+    /// current values in the mesh.
     AngleChange,
     AngleBeforeChange,
     ThirdChange,
     LinkChange,
-    /// What is integrated over the neighbour. Before evaluation, that is as it is in the mesh, but
-    /// without what vanishes.
+    /// The integrals over the neighbour. Before the evaluation, their current values without the vanishing parts.
     Defect,
     Mean,
     Area,
@@ -54,11 +52,11 @@ pub(super) enum Vector {
     Normal,
 }
 
-/// Where the columns of single numbers begin.
+/// The first column with single numbers.
 const SINGLE: usize = 3 * (Vector::Normal as usize + 1);
 const COLUMNS: usize = SINGLE + Column::Measured as usize + 1;
 
-/// Memory for rows, column after column.
+/// Buffer for rows, column after column.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rows {
     numbers: Vec<f64>,
@@ -67,7 +65,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Makes room for at least so many rows. What they hold then is not known.
+    /// Makes room for at least this many rows. Their contents are unspecified.
     pub(super) fn make_room(&mut self, rows: usize) {
         if self.capacity < rows {
             self.capacity = rows;
@@ -75,7 +73,7 @@ impl Rows {
         }
     }
 
-    /// Where a number is. Wrapping, since a place beyond the end is found out where it is used.
+    /// The index of a number. It wraps instead of checking, because the access checks the bounds.
     #[inline(always)]
     fn place(&self, column: Column, row: usize) -> usize {
         (SINGLE + column as usize).wrapping_mul(self.capacity).wrapping_add(row)
@@ -95,7 +93,7 @@ impl Rows {
         &self.numbers[first..first + count]
     }
 
-    /// A block of rows, copied: compilers see that copies do not overlap.
+    /// A copy of a block of rows: compilers see that copies do not overlap.
     #[inline(always)]
     pub(super) fn lanes(&self, column: Column, first: usize) -> Lanes {
         self.block(self.place(column, first))

@@ -1,4 +1,4 @@
-//! The curvature of a mesh in terms, as a collapse changes them.
+//! The curvature of a mesh as a table of the terms that collapses change.
 
 use dcurv::{
     CurvatureOptions, Curvatures, VertexArea, VertexCurvature, edge_mean_curvatures,
@@ -10,11 +10,11 @@ use mesh_core::{
 
 use crate::cost::curvature_change::measure::{Measure, Term};
 
-/// What is known of the mesh as it is.
+/// The curvature data of the current mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Tables {
     pub(super) vertices: VertexMap<Term>,
-    /// The integral of mean curvature over each edge that belongs to each of its ends.
+    /// For each edge, the share of its integrated mean curvature that each of its ends receives.
     pub(super) hinges: EdgeMap<f64>,
     /// The interior angle of each face at the origin of each of its half-edges.
     pub(super) corners: HalfEdgeMap<f64>,
@@ -22,11 +22,11 @@ pub(super) struct Tables {
     pub(super) thirds: FaceMap<f64>,
 }
 
-/// From the length of a vector area, doubled, to a third of the area.
+/// The factor from the length of a doubled vector area to a third of the area.
 pub(super) const DOUBLED_TO_THIRD: f64 = 1.0 / 6.0;
 
 impl Tables {
-    /// Of no mesh.
+    /// Empty tables.
     pub(super) fn empty() -> Self {
         Self {
             vertices: VertexMap::from_vec(Vec::new()),
@@ -36,7 +36,7 @@ impl Tables {
         }
     }
 
-    /// Those of the mesh without gaps.
+    /// The tables for the mesh without gaps.
     pub(super) fn compact(&self, remap: &Remap) -> Self {
         Self {
             vertices: self.vertices.compact(remap),
@@ -51,7 +51,7 @@ impl Tables {
         let options = CurvatureOptions { area: VertexArea::Barycentric };
         let term = |c: &VertexCurvature| Term::new(*c.integrals(), c.is_boundary(), measure);
         let mean = edge_mean_curvatures(mesh);
-        // Each end of an edge has half of its mean curvature.
+        // Each end of an edge receives half of its mean curvature.
         let hinges = mean.map(|mean| mean.map_or(0.0, |mean| 0.5 * mean.value()));
         let per_face = parallel::collect(topology.face_capacity(), |i| {
             let f = FaceId::from_index(i);
@@ -67,7 +67,7 @@ impl Tables {
             vertices: Curvatures::of(mesh, &options).map(term),
             hinges,
             corners,
-            // From references: what is collected from a vector itself keeps all of its room.
+            // Collecting from references avoids the excess capacity of an in-place collection.
             thirds: FaceMap::from_vec(per_face.iter().map(|&(_, third)| third).collect()),
         }
     }

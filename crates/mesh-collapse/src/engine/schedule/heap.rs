@@ -1,36 +1,36 @@
-//! Edges that wait in the strict order of their costs, all of which are up to date.
+//! A queue of edges in strict order of their costs, which are all up to date.
 
 use mesh_core::{EdgeId, Topology};
 
 use crate::engine::schedule::EdgeQueue;
 use crate::engine::schedule::queue::{Entry, Queue};
 
-/// A queue, and the key with which each edge waits in it.
+/// A queue, and the key of each edge in it.
 #[derive(Clone, Debug)]
 pub(crate) struct Heap {
     queue: Queue,
-    /// By edge; not a number for those that do not wait. Entries with another key are out of date.
+    /// The key of each edge; NaN if it is not in the queue. Queue entries with another key are out of date.
     keys: Vec<f64>,
 }
 
 impl Heap {
-    /// The edges of a mesh that has so many, counting gaps.
+    /// A heap for a mesh with this many edges, counting gaps.
     pub(crate) fn new(edges: usize, entries: Vec<Entry>) -> Self {
         let mut keys = vec![f64::NAN; edges];
         entries.iter().for_each(|entry| keys[entry.edge.index()] = entry.cost);
         Self { queue: Queue::new(entries), keys }
     }
 
-    /// Gives an edge this key.
+    /// Sets the key of an edge.
     pub(crate) fn push(&mut self, edge: EdgeId, cost: f64) {
-        // What waits with this key already stays where it is.
+        // An entry with the same key stays.
         if self.keys[edge.index()] != cost {
             self.keys[edge.index()] = cost;
             self.queue.push(Entry { cost, edge });
         }
     }
 
-    /// Forgets the key of an edge that waits no more.
+    /// Removes the key of a rejected edge.
     pub(crate) fn refuse(&mut self, edge: EdgeId) {
         self.keys[edge.index()] = f64::NAN;
     }
@@ -47,12 +47,12 @@ impl Heap {
         }
     }
 
-    /// A cost that no edge which waits is below; infinite when none waits.
+    /// A lower bound of the costs of all waiting edges; infinite if there are none.
     pub(crate) fn least(&self) -> f64 {
         self.queue.head().map_or(f64::INFINITY, |entry| entry.cost)
     }
 
-    /// Throws out what is out of date once that is most of the queue.
+    /// Removes outdated entries when they are most of the queue.
     pub(crate) fn tidy(&mut self, topology: &Topology) {
         let Self { queue, keys } = self;
         if queue.len() > 4 * topology.edge_count() + 1000 {

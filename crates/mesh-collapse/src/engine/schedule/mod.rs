@@ -1,7 +1,7 @@
-//! Where edges wait for their collapse.
+//! The queues in which edges wait for their collapse.
 //!
-//! A schedule holds edges with the cost, or a bound of it, that they had when they came; what has
-//! become of them since is found out when their turn comes.
+//! A schedule stores edges with their cost, or a lower bound of it, at the time when they were added. The current cost
+//! is evaluated when their turn comes.
 
 pub(crate) mod heap;
 pub(crate) mod queue;
@@ -9,12 +9,12 @@ pub(crate) mod rounds;
 
 use mesh_core::{EdgeId, Topology};
 
-/// What the schedules have in common: what a collapse and a rejection tell them.
+/// The common interface of the schedules: the changes that collapses and rejections report.
 pub(crate) trait EdgeQueue {
-    /// Adds an edge of which nothing is known.
+    /// Adds an edge whose cost is unknown.
     fn push_unknown(&mut self, topology: &Topology, edge: EdgeId);
 
-    /// An edge was rejected and waits no more.
+    /// Reports that an edge was rejected and does not wait any more.
     fn refused(&mut self, edge: EdgeId) {
         let _ = edge;
     }

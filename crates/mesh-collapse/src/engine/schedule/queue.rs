@@ -4,11 +4,11 @@ use core::cmp::Ordering;
 
 use mesh_core::EdgeId;
 
-/// The cheapest first; of equally cheap ones, the one with the smallest index.
+/// A queue with the cheapest edge first; ties are broken by the smallest index.
 ///
-/// A heap of four children per node holds the cheapest part only, so that it stays in the cache;
-/// what costs more than the `horizon` waits in no order until the heap runs empty. Edges that vanish
-/// and costs that change are noticed when they come to the head.
+/// A heap with four children per node holds only the cheapest part, so that it stays in the cache. Entries that cost
+/// more than the `horizon` wait unsorted until the heap is empty. Removed edges and changed costs are detected when an
+/// entry reaches the head.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue {
     heap: Vec<Entry>,
@@ -38,7 +38,7 @@ impl Entry {
 
 const CHILDREN: usize = 4;
 
-/// One in this many of the waiting entries goes into an empty heap, but no fewer than the minimum.
+/// One in this many waiting entries moves into an empty heap, but at least the minimum below.
 const SHARE: usize = 8;
 const MIN_SHARE: usize = 4096;
 
@@ -54,7 +54,7 @@ impl Queue {
         self.heap.len() + self.waiting.len()
     }
 
-    /// Removes what `keep` does not want; linear time.
+    /// Removes the entries that `keep` rejects, in linear time.
     pub(crate) fn retain(&mut self, mut keep: impl FnMut(&Entry) -> bool) {
         self.heap.retain(&mut keep);
         self.waiting.retain(keep);
@@ -62,7 +62,7 @@ impl Queue {
         self.refill();
     }
 
-    /// Moves the cheapest of the waiting entries into the heap, if that is empty.
+    /// Moves the cheapest waiting entries into the heap, if it is empty.
     fn refill(&mut self) {
         if !self.heap.is_empty() || self.waiting.is_empty() {
             return;

@@ -1,35 +1,34 @@
-//! Edges that wait for their collapse, in buckets of about equal cost.
+//! Edges waiting for their collapse, in buckets of about equal cost.
 //!
-//! The costs in a bucket differ by a thirty-second part at most, and the edges of a bucket are visited in
-//! the order of a walk over the surface: neighbours come one after the other, and what one has
-//! brought into the cache serves the next. The strict order of a heap jumps about the surface and
-//! spends most of its time on waiting for memory.
+//! The costs in a bucket differ by at most 1/32. The edges of a bucket are visited in the order of a walk over the
+//! surface, so that consecutive edges are neighbours and share cached data. The strict order of a heap jumps around on
+//! the surface, and spends most of its time waiting for memory.
 
 use mesh_core::{EdgeId, Topology, VertexId};
 
 use crate::engine::schedule::EdgeQueue;
 use crate::engine::schedule::queue::Entry;
 
-/// An edge that waits.
+/// A waiting edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Visit {
-    /// The cost of the edge, or a bound of it.
+    /// The cost of the edge, or a lower bound of it.
     pub(crate) cost: f64,
     pub(crate) edge: EdgeId,
     /// Edges with close ranks are close to each other on the surface.
     pub(crate) rank: u32,
 }
 
-/// Edges by the cost, or a bound of it, that they had when they came.
+/// Edges by the cost, or a lower bound of it, at the time when they were added.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rounds {
     buckets: Vec<Vec<Visit>>,
     /// No bucket before this one has entries.
     first: usize,
-    /// The bucket of the around that was taken last.
+    /// The bucket of the last round.
     open: usize,
-    /// One over the largest cost at the start, so that the buckets of a mesh and of its enlarged
-    /// copy hold the same edges.
+    /// The reciprocal of the largest cost at the start, so that a scaled copy of a mesh has the same edges in its
+    /// buckets.
     scale: f64,
     /// The rank of each vertex.
     ranks: Vec<u32>,
@@ -38,17 +37,17 @@ pub(crate) struct Rounds {
 /// The edges of one bucket.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Round {
-    /// In the order of their ranks.
+    /// The edges, in the order of their ranks.
     pub(crate) visits: Vec<Visit>,
     /// The smallest key.
     pub(crate) least: f64,
-    /// What costs more belongs to a later round.
+    /// Edges that cost more belong to a later round.
     pub(crate) ceiling: f64,
 }
 
-/// The bits of a number that tell its bucket are those before: exponent and five binary digits.
+/// The bucket is given by the leading bits of a number: the exponent and five binary digits.
 const SHIFT: u32 = 47;
-/// Costs beyond these multiples of the largest cost at the start share the first or last bucket.
+/// Costs outside this range, relative to the largest cost at the start, share the first or last bucket.
 const SMALLEST: f64 = 1e-36;
 const LARGEST: f64 = 1e18;
 
@@ -75,11 +74,11 @@ impl Rounds {
         bits((cost * self.scale).clamp(SMALLEST, LARGEST)) - bits(SMALLEST)
     }
 
-    /// Puts these edges in the place of all that wait.
+    /// Replaces all waiting edges by these.
     pub(crate) fn refill(&mut self, topology: &Topology, entries: &[Entry]) {
         self.buckets.iter_mut().for_each(Vec::clear);
         (self.first, self.open) = (0, 0);
-        // At the start there are more edges than ever later, so no bucket takes more room than it needs.
+        // The number of edges is largest at the start, so no bucket allocates more than it needs.
         let mut counts = vec![0; self.buckets.len()];
         entries.iter().for_each(|entry| counts[self.bucket(entry.cost)] += 1);
         for (bucket, count) in self.buckets.iter_mut().zip(counts) {
@@ -92,21 +91,21 @@ impl Rounds {
         }
     }
 
-    /// Adds an edge that costs more than the threshold of the around that was taken last.
+    /// Adds an edge that costs more than the threshold of the last round.
     pub(crate) fn push_above(&mut self, visit: Visit) {
-        // One bucket too far when the cost is at the threshold but for rounding.
+        // One bucket too far if the cost equals the threshold up to rounding.
         let bucket = self.bucket(visit.cost).max(self.open + 1);
         self.first = self.first.min(bucket);
         self.buckets[bucket].push(visit);
     }
 
-    /// Takes the cheapest bucket; `false` when there is nothing left.
+    /// Takes the cheapest bucket; `false` if all are empty.
     pub(crate) fn take(&mut self, round: &mut Round) -> bool {
         let filled = self.buckets.iter().skip(self.first).position(|bucket| !bucket.is_empty());
         let Some(steps) = filled else { return false };
         self.open = self.first + steps;
         self.first = self.open;
-        // Nothing comes to this bucket again, but for edges whose cost is unknown, so it keeps no room.
+        // Only edges of unknown cost can be added to this bucket again, so its memory is released.
         round.visits = core::mem::take(&mut self.buckets[self.open]);
         round.visits.sort_unstable_by_key(|visit| (visit.rank, visit.edge));
         let keys = round.visits.iter().map(|visit| visit.cost);
@@ -119,7 +118,7 @@ impl Rounds {
 }
 
 impl EdgeQueue for Rounds {
-    /// Adds an edge whose cost is unknown: the next round begins with it.
+    /// Adds an edge of unknown cost; the next round starts with it.
     fn push_unknown(&mut self, topology: &Topology, edge: EdgeId) {
         let rank = self.rank(topology, edge);
         self.buckets[0].push(Visit { cost: f64::NEG_INFINITY, edge, rank });
@@ -127,7 +126,7 @@ impl EdgeQueue for Rounds {
     }
 }
 
-/// The order of vertices, by index, in which a walk over the surface meets them, breadth first.
+/// The rank of each vertex, by index, in a breadth-first walk over the surface.
 fn breadth_first_ranks(topology: &Topology) -> Vec<u32> {
     const UNKNOWN: u32 = u32::MAX;
     let mut ranks = vec![UNKNOWN; topology.vertex_capacity()];
@@ -185,7 +184,7 @@ mod tests {
             seen += round.visits.len();
             before = round.ceiling;
             if most < 1e10 {
-                // At the threshold, and nevertheless later.
+                // The cost equals the threshold, but the edge must still go into a later round.
                 rounds.push_above(Visit { cost: round.ceiling, ..round.visits[0] });
                 again += 1;
             }

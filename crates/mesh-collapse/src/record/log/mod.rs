@@ -1,4 +1,4 @@
-//! The record of a run: every collapse, in order, and what follows from it.
+//! The record of a run: every collapse, in order.
 
 pub(crate) mod record;
 
@@ -8,8 +8,8 @@ use mesh_core::{EdgeId, HalfEdgeId, TriMesh, VertexId, VertexMap};
 
 use crate::geometry::edge_patch::Collapse;
 
-/// The collapses of a run, in order. Replayed on the same mesh they give the same result, stopped
-/// early they give every level in between.
+/// The collapses of a run, in order. A replay on the same mesh gives the same result; a partial replay gives any level
+/// in between.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CollapseLog {
@@ -22,20 +22,20 @@ pub struct CollapseLog {
 pub struct LogEntry {
     /// The half-edge that was collapsed, in the numbering of the original mesh.
     pub half_edge: HalfEdgeId,
-    /// The vertex that went.
+    /// The removed vertex.
     pub removed: VertexId,
-    /// The vertex that stayed.
+    /// The remaining vertex.
     pub kept: VertexId,
-    /// Where it stayed.
+    /// The position of the remaining vertex.
     pub position: DVec3,
-    /// What the collapse cost.
+    /// The cost of the collapse.
     pub cost: f64,
-    /// How many faces the mesh had before.
+    /// The number of faces before the collapse.
     pub faces_before: u32,
 }
 
 impl LogEntry {
-    /// The same with other numbers; `None` where an element has none.
+    /// The entry with other handles; `None` if an element has none.
     pub fn renumbered(
         &self,
         half_edge: impl FnOnce(HalfEdgeId) -> Option<HalfEdgeId>,
@@ -50,7 +50,7 @@ impl LogEntry {
     }
 }
 
-/// Why a log cannot be replayed: it was made with another mesh.
+/// The error of a log that was made with another mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the collapses are those of another mesh, as number {collapse} of them tells; give the one that they were made on"
@@ -58,7 +58,7 @@ impl LogEntry {
 pub struct ReplayError {
     /// The first collapse that does not fit the mesh, counted from 0.
     pub collapse: usize,
-    /// What the mesh says to it; `None` when it would be legal, but joins other vertices, or comes at
+    /// The reason why the mesh rejects the collapse. `None` if it is legal, but merges other vertices or happens at
     /// another number of faces.
     #[source]
     pub rejection: Option<CollapseRefusal>,
@@ -75,7 +75,8 @@ impl CollapseLog {
         self.entries
     }
 
-    /// Makes room for so many more collapses: a list that doubles is there three times while it is copied.
+    /// Reserves memory for this many more collapses. Growth by doubling would need three times the memory during the
+    /// copy.
     pub(crate) fn reserve(&mut self, collapses: usize) {
         self.entries.reserve_exact(collapses);
     }
@@ -108,28 +109,26 @@ impl CollapseLog {
         self.entries.is_empty()
     }
 
-    /// How many collapses it takes to have at most `faces` faces, or all when they do not suffice.
-    /// With [`CollapseLog::replay`] this gives nested levels of detail from one run: the vertices
-    /// of a coarser level have become of those of every finer one.
+    /// The number of collapses after which at most `faces` faces are left, or all collapses if they do not suffice.
+    /// With [`CollapseLog::replay`], this gives nested levels of detail from one run: every vertex of a finer level
+    /// maps to a vertex of each coarser level.
     #[must_use]
     pub fn count_for_faces(&self, faces: usize) -> usize {
         self.entries.partition_point(|entry| entry.faces_before as usize > faces)
     }
 
-    /// Carries out the first `count` collapses, or all when there are fewer, on a copy of the mesh
-    /// that the log was made with. Handles stay those of the original mesh: the result has
-    /// removed elements.
+    /// Applies the first `count` collapses, or all if there are fewer, to a copy of the mesh that the log was made
+    /// with. The result keeps the handles of the original mesh, and has removed elements.
     ///
     /// # Errors
-    /// A collapse is not legal or not the one that was recorded: the mesh is another one.
+    /// A collapse is illegal or differs from the recorded one: the mesh is another one.
     pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, ReplayError> {
         let mut mesh = mesh.clone();
         self.carry_out(count, &mut mesh, |_, _, _| {})?;
         Ok(mesh)
     }
 
-    /// Carries out the first `count` collapses, or all when there are fewer, on the mesh itself. `follow` hears of
-    /// each of them.
+    /// Applies the first `count` collapses, or all if there are fewer, to the mesh itself, and calls `follow` for each.
     pub fn carry_out(
         &self,
         count: usize,
@@ -154,14 +153,14 @@ impl CollapseLog {
         Ok(())
     }
 
-    /// For each vertex of the original mesh, the vertex that it has become after the first `count`
-    /// collapses. Vertices that were not touched are themselves.
+    /// For each vertex of the original mesh, the vertex that it was merged into by the first `count` collapses. Other
+    /// vertices map to themselves.
     #[must_use]
     pub fn representatives(&self, mesh: &TriMesh, count: usize) -> VertexMap<VertexId> {
         let mut map: VertexMap<VertexId> = VertexMap::from_vec(
             (0..mesh.topology().vertex_capacity()).map(|v| VertexId::new(v as u32)).collect(),
         );
-        // Backwards, what a vertex was merged into is final when the vertex is met.
+        // In reverse order, the target of each merge is already final.
         for entry in self.entries.iter().take(count).rev() {
             map[entry.removed] = map[entry.kept];
         }

@@ -1,4 +1,4 @@
-//! Collapse logs as bytes, to make levels of detail later and elsewhere; see [`CollapseLog::write`].
+//! Collapse logs as bytes, for levels of detail made later or elsewhere; see [`CollapseLog::write`].
 
 use std::io::{ErrorKind, Read, Write};
 
@@ -9,25 +9,25 @@ use crate::record::log::{CollapseLog, LogEntry};
 
 const MAGIC: &[u8; 8] = b"CURVLOD1";
 
-/// Why bytes are not the record of a mesh.
+/// The reasons why bytes are not a record of a mesh.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
     /// The bytes cannot be read or written.
     #[error(transparent)]
     Io(#[from] std::io::Error),
-    /// The bytes begin with something else.
+    /// The bytes do not begin with the identifier of a record.
     #[error("this is no record of collapses: it does not begin with CURVLOD1")]
     NoRecord,
     /// The bytes end too early.
     #[error("the record ends within collapse {collapse} of {collapses}")]
     Truncated {
-        /// The collapse.
+        /// The collapse at which they end.
         collapse: u32,
-        /// How many there should be.
+        /// The expected number of collapses.
         collapses: u32,
     },
-    /// The record is that of a mesh of another size.
+    /// The record belongs to a mesh of another size.
     #[error(
         "the record is of a mesh of {vertices} vertices and {faces} faces; read the one that it was made with, with the same repairs"
     )]
@@ -37,10 +37,10 @@ pub enum RecordError {
         /// Its faces.
         faces: u32,
     },
-    /// The record is that of another mesh of the same size.
+    /// The record belongs to another mesh of the same size.
     #[error("the record is of another mesh of the same size")]
     OtherMesh,
-    /// A collapse names an element that the mesh does not have, or a place that is none.
+    /// A collapse names an element that the mesh does not have, or its position is not finite.
     #[error("collapse {collapse} does not fit the mesh")]
     Misfit {
         /// The collapse.
@@ -58,8 +58,8 @@ impl CollapseLog {
     /// | 8 | its fingerprint: FNV-1a over the bits of its positions and the indices of its triangles |
     /// | 4 | the number of collapses |
     ///
-    /// and for each collapse 48 bytes: the half-edge, the vertex that goes, the vertex that stays,
-    /// the faces before (4 each), the three coordinates of where it stays, and the cost (8 each).
+    /// and for each collapse 48 bytes: the half-edge, the removed vertex, the remaining vertex, the number of faces
+    /// before (4 bytes each), the three coordinates of the new position, and the cost (8 bytes each).
     ///
     /// # Errors
     /// The writer fails.
@@ -86,8 +86,8 @@ impl CollapseLog {
     /// Reads the log of a run on this mesh.
     ///
     /// # Errors
-    /// The bytes are no record, or that of another mesh. Whether each collapse is legal is told by
-    /// [`CollapseLog::replay`].
+    /// The bytes are not a record, or belong to another mesh. [`CollapseLog::replay`] checks whether each collapse is
+    /// legal.
     pub fn read(mesh: &TriMesh, reader: &mut dyn Read) -> Result<Self, RecordError> {
         let topology = mesh.topology();
         if take::<8>(reader, || RecordError::NoRecord)? != *MAGIC {
@@ -113,7 +113,7 @@ impl CollapseLog {
     }
 }
 
-/// The next bytes, or an error when they end before.
+/// The next bytes, or an error if the input ends before.
 fn take<const N: usize>(
     reader: &mut dyn Read,
     missing: impl Fn() -> RecordError,

@@ -1,4 +1,4 @@
-//! The vertices that have become one.
+//! Clusters of vertices that were merged into one.
 
 use mesh_core::{VertexId, VertexMap};
 
@@ -9,7 +9,7 @@ pub(super) struct Clusters {
 }
 
 impl Clusters {
-    /// For a result with so many vertices.
+    /// The clusters for a result with `count` vertices.
     pub(super) fn new(vertex_map: &VertexMap<Option<VertexId>>, count: usize) -> Self {
         let mut members: Vec<(VertexId, VertexId)> =
             vertex_map.iter().filter_map(|(old, new)| new.map(|new| (new, old))).collect();

@@ -1,15 +1,15 @@
-//! Where the corners of a simplified mesh lie on the original, so that texture coordinates, normals
-//! and colours can follow.
+//! Finds the points of the original that correspond to the corners of a simplified mesh, so that texture coordinates,
+//! normals and colours can be transferred.
 //!
-//! Every vertex of the result stands for a connected cluster of vertices of the original. Its place
-//! on the original is looked for there and walked on from, never across a seam: texture charts that
-//! touch in space are not mistaken for each other.
+//! Every vertex of the result stands for a connected cluster of vertices of the original. The search starts at this
+//! cluster and walks from face to face, but never across a seam. So it cannot confuse texture charts that touch in
+//! space.
 //!
-//! - A vertex inside a chart goes to the closest point of the faces at its cluster.
-//! - A vertex on a seam goes to the closest point of the seam edges at its cluster; its corners on
-//!   either side take their values from the face on that side.
-//! - Ends, forks and crossings of seams have not moved, and each of their corners takes the value of
-//!   the original corner between the same seams.
+//! - A vertex inside a chart maps to the closest point of the faces at its cluster.
+//! - A vertex on a seam maps to the closest point of the seam edges at its cluster. Its corners on either side take
+//!   their values from the face on that side.
+//! - Vertices at which seams end, fork or cross have not moved. Each of their corners takes the value of the original
+//!   corner between the same seams.
 
 mod clusters;
 pub(crate) mod seams;
@@ -26,20 +26,18 @@ use crate::attributes::transfer::seams::{SeamLines, clockwise_border};
 pub struct CornerSource {
     /// The face.
     pub face: FaceId,
-    /// The weights of its corners, in the order of [`mesh_core::Topology::face_half_edges`]; they add up to
-    /// one.
+    /// Barycentric weights, in the order of [`mesh_core::Topology::face_half_edges`]; their sum is 1.
     pub weights: [f64; 3],
 }
 
-/// Finds for every corner of a simplified mesh the point of the original that it stands for.
+/// Finds the point of the original for every corner of a simplified mesh.
 ///
-/// `seams` are edges of the original whose two sides must not be mixed; they have to have been
-/// feature edges of the simplification, and their [`seam_nodes`](crate::seam_nodes) locked. `became`
-/// maps vertices of the original to those of the result
-/// (`Simplified::vertex_map` of the crate `simplify`).
+/// `seams` are edges of the original whose two sides must not be mixed. They must have been feature edges of the
+/// simplification, and their [`seam_nodes`](crate::seam_nodes) must have been locked. `became` maps vertices of the
+/// original to vertices of the result (`Simplified::vertex_map` of the crate `simplify`).
 ///
-/// Half-edges without a face, and the corners of faces none of whose vertices come from the
-/// original, have none.
+/// The source is `None` for half-edges without a face, and for corners of faces none of whose vertices come from the
+/// original.
 #[must_use]
 pub fn corner_sources(
     original: &TriMesh,
@@ -77,8 +75,7 @@ struct Transfer<'a> {
 type Sources = HalfEdgeMap<Option<CornerSource>>;
 
 impl Transfer<'_> {
-    /// The labels of the seams of the result, from the seam edges of the original that join two
-    /// clusters.
+    /// The labels of the seams of the result, taken from the seam edges of the original that join two clusters.
     fn borders(&self, vertex_map: &VertexMap<Option<VertexId>>) -> HalfEdgeMap<Option<u32>> {
         let (old, new) = (self.original.topology(), self.result.topology());
         let mut borders = new.half_edge_map(None);
@@ -124,8 +121,8 @@ impl Transfer<'_> {
         }
     }
 
-    /// The corner at a vertex of the original that follows, counter-clockwise, the seam with this
-    /// label, or the boundary if there is none.
+    /// The corner at a vertex of the original that comes, counter-clockwise, after the seam with this label, or after
+    /// the boundary if there is no label.
     fn corner_at(&self, v: VertexId, label: Option<u32>) -> Option<CornerSource> {
         let topology = self.original.topology();
         let mut corners = topology.outgoing(v).filter(|&h| !topology.is_exterior(h));
@@ -137,8 +134,7 @@ impl Transfer<'_> {
         self.on_face(topology.face(corner)?, self.original.position(v))
     }
 
-    /// The half-edge of a seam edge at the cluster, or farther along the same line, that is closest
-    /// to a point.
+    /// The seam half-edge closest to a point, among the seam edges at the cluster and farther along their lines.
     fn closest_seam(&self, cluster: &[VertexId], at: DVec3) -> Option<HalfEdgeId> {
         let topology = self.original.topology();
         let sides = cluster.iter().flat_map(|&u| topology.outgoing(u));
@@ -156,7 +152,7 @@ impl Transfer<'_> {
         }
     }
 
-    /// Of some edges the closest to a point, with its squared distance.
+    /// The closest of some edges to a point, with its squared distance.
     fn closest_of(
         &self,
         sides: impl Iterator<Item = HalfEdgeId>,
@@ -191,7 +187,7 @@ impl Transfer<'_> {
         Some(CornerSource { face, weights })
     }
 
-    /// The closest point of the faces at a cluster, and of those that lead on from there.
+    /// The closest point on the faces at a cluster, or on faces that a walk from there reaches.
     fn closest_face(&self, cluster: &[VertexId], at: DVec3) -> Option<CornerSource> {
         let topology = self.original.topology();
         let faces = cluster.iter().flat_map(|&u| topology.faces_of_vertex(u));
@@ -200,9 +196,9 @@ impl Transfer<'_> {
         self.on_face(self.descend(start, at), at)
     }
 
-    /// Goes from face to face, without crossing seams, as long as that leads closer to a point. Faces
-    /// that share a corner count as well: where the corner is the closest point of two, what is
-    /// closer may lie beyond them.
+    /// Walks from face to face towards a point, without crossing seams, as long as the distance falls. Faces that share
+    /// only a corner are neighbours too: if the corner is the closest point of two faces, closer faces may lie beyond
+    /// it.
     fn descend(&self, start: FaceId, at: DVec3) -> FaceId {
         let topology = self.original.topology();
         let (mut face, mut least) = (start, self.squared_distance(start, at));
@@ -250,7 +246,7 @@ impl Transfer<'_> {
         Some(CornerSource { face, weights })
     }
 
-    /// Places vertices that stand for none of the original, from what their neighbours have.
+    /// Places new vertices, which stand for no vertex of the original, by means of their neighbours.
     fn place_new(&self, mut open: Vec<VertexId>, sources: &mut Sources) {
         let topology = self.result.topology();
         loop {

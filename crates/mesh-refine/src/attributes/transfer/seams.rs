@@ -1,10 +1,10 @@
-//! Seams as lines between the places where they end, fork or cross.
+//! Seams as lines between the vertices where they end, fork or cross.
 
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, VertexId, VertexMap};
 
 /// The seams of the original as directed lines between nodes.
 pub(super) struct SeamLines {
-    /// For half-edges on a seam, twice the number of the line, plus one against its direction.
+    /// For half-edges on a seam, twice the number of the line, plus one if the half-edge points against it.
     pub(super) label: HalfEdgeMap<Option<u32>>,
 }
 
@@ -51,8 +51,8 @@ impl SeamLines {
     }
 }
 
-/// The vertices at which seams end, fork or cross each other or the boundary; they must not move if
-/// [`corner_sources`](crate::corner_sources) is to be right about them.
+/// The vertices at which seams end, fork, or cross each other or the boundary. They must be locked for
+/// [`corner_sources`](crate::corner_sources) to be correct at them.
 #[must_use]
 pub fn seam_nodes(topology: &Topology, seams: &EdgeMap<bool>) -> VertexMap<bool> {
     let lines = SeamLines::new(topology, seams);
@@ -63,8 +63,7 @@ pub fn seam_nodes(topology: &Topology, seams: &EdgeMap<bool>) -> VertexMap<bool>
     nodes
 }
 
-/// Turning clockwise from a corner, the first half-edge on a border; `None` where there is none
-/// before the boundary, or none at all.
+/// The first half-edge on a border, clockwise from a corner; `None` if the boundary comes first or there is no border.
 pub(super) fn clockwise_border(
     topology: &Topology,
     corner: HalfEdgeId,

@@ -1,4 +1,4 @@
-"""Meshes, and what is computed on them. Nothing here imports the modules beside this folder but the base.
+"""Meshes and functions on meshes. Modules here import no modules beside this folder except the base.
 
-From below: ``arrays``, ``mesh``, ``packages``, ``files``, and one module for each function or two.
+In order of dependence: ``arrays``, ``mesh``, ``packages``, ``files``, and the modules of the functions.
 """

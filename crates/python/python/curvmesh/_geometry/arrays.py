@@ -1,4 +1,4 @@
-"""Arrays of the caller as arrays of a mesh: types, shapes and value ranges are checked here."""
+"""Conversion of arrays of the caller to arrays of a mesh, with checks of types, shapes and value ranges."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .._errors import ArrayError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: The largest whole number up to which every whole number is a float64.
+#: Up to this number, every integer is exact in float64.
 _EXACT = 2**53
 
 
@@ -34,7 +34,7 @@ def real_numbers(name: str, values: Any) -> NDArray[Any]:
 
 
 def coordinates(vertices: Any) -> NDArray[Any]:
-    """Positions as rows of float32 or float64; copied only if they are of another type."""
+    """Positions as rows of float32 or float64; copied only if the type differs."""
     import numpy as np
 
     array = real_numbers("vertices", vertices)
@@ -61,7 +61,7 @@ def faces_of(faces: Any) -> tuple[NDArray[Any], NDArray[Any] | None]:
     import numpy as np
 
     if np.ma.isMaskedArray(faces):
-        # Unused corners of a shorter polygon, as in the UGRID convention.
+        # Unused corners of a smaller polygon, as in the UGRID convention.
         mask = np.ma.getmaskarray(faces)
         faces = np.where(mask, -1, np.ma.getdata(faces).astype(np.int64)) if mask.any() else np.asarray(faces)
     try:
@@ -102,12 +102,12 @@ def _ragged(faces: Any) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def _without_counts(array: NDArray[Any]) -> NDArray[Any]:
-    """The rows without a first column of counts, as VTK has it: ``[3, a, b, c]``."""
+    """The rows without a first column of counts, as used by VTK: ``[3, a, b, c]``."""
     width = array.shape[1] - 1
     if width < 3 or not (array[:, 0] == width).all():
         return array
     if (array[:, 1:] == width).any():
-        # As polygons these rows would use a vertex twice.
+        # As polygons, these rows would use a vertex twice.
         return array[:, 1:]
     raise _refused(
         f"every row of faces begins with {width}: these are either {width}-gons, each with its number of "
@@ -117,7 +117,7 @@ def _without_counts(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _integers(array: NDArray[Any]) -> NDArray[Any]:
-    """Indices of 32 or 64 bits; copied only if they are of another type."""
+    """Indices of 32 or 64 bits; copied only if the type differs."""
     import numpy as np
 
     unsigned = array.dtype.kind == "u" and array.dtype.itemsize >= 4
@@ -126,7 +126,7 @@ def _integers(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _polygons(array: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Rows of polygons, of which shorter ones end with -1."""
+    """Rows of polygons; smaller polygons are padded with -1."""
     import numpy as np
 
     rows, width = array.shape
@@ -156,7 +156,7 @@ def polygons(vertices: Any, corners: Any, ends: Any, check: bool) -> _core.MeshD
 
 
 def column(on: str, name: str, values: Any) -> NDArray[Any]:
-    """Data of a mesh in the type that it is stored in."""
+    """Data of a mesh in the type of storage."""
     import numpy as np
 
     array = real_numbers(name, values)
@@ -200,7 +200,7 @@ def _colors(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _full_scale(array: NDArray[Any]) -> float:
-    """The value that stands for full intensity."""
+    """The value of full intensity."""
     import numpy as np
 
     kind = array.dtype

@@ -115,8 +115,8 @@ class Curvature:
 
     @property
     def integral_gaussian(self) -> NDArray[np.float64]:
-        """The angle defect of each vertex, in radians; the sum obeys the theorem of Gauss and Bonnet.
-        At the boundary it is geodesic curvature (vertex)."""
+        """The angle defect of each vertex, in radians; the sum obeys the Gauss-Bonnet theorem. At the boundary
+        it is geodesic curvature (vertex)."""
         return self._get("integral_gaussian")
 
     @property
@@ -157,9 +157,9 @@ class Curvature:
 
     @property
     def directions(self) -> NDArray[np.float64]:
-        """Unit tangents along which the normal curvature is `k1` and `k2`, shape (n, 2, 3), each up to
-        sign. With ``"vertex"`` they are those of quadratic surfaces fitted to the neighbours (Cazals
-        and Pouget 2005), found when they are asked for first."""
+        """Unit tangents along which the normal curvature is `k1` and `k2`, shape (n, 2, 3), each up to sign.
+        With ``"vertex"`` they come from quadratic surfaces fitted to the neighbours (Cazals and Pouget 2005),
+        computed on first use."""
         if self._directions is None:
             self._directions = _core.principal_directions(plain(), self.mesh._data)
         return self._directions
@@ -220,17 +220,17 @@ def curvature(
         Pouget 2005), which converges at every vertex; ``"ball"``: averaged over balls (Cohen-Steiner and
         Morvan 2003).
     area : str
-        With ``"vertex"``, what belongs to a vertex: ``"voronoi"`` or ``"barycentric"``, a third of
-        every triangle.
+        With ``"vertex"``, the area of a vertex: ``"voronoi"`` or ``"barycentric"``, a third of every triangle.
     radius : float or str, optional
-        With ``"face"`` how far sections reach to either side, with ``"ball"`` the radius of the balls;
-        four mean edges otherwise. In model units, or ``"1%"`` of the diagonal.
+        With ``"face"`` the length of sections to either side, by default four local edge lengths, or four mean
+        edge lengths with ``preset="paper"``. With ``"ball"`` the radius of the balls, by default four mean edge
+        lengths. In model units, or ``"1%"`` of the diagonal.
     relative : bool
         Whether a number for `radius` is a share of the diagonal of the bounding box.
     rings : int
-        With ``"fit"``, to how many rings of neighbours surfaces are fitted.
+        With ``"fit"``, the number of rings of neighbours that surfaces are fitted to.
     preset : str
-        With ``"face"``: ``"robust"``, or ``"paper"`` as it is printed.
+        With ``"face"``: ``"robust"``, or ``"paper"`` as in the paper.
 
     Returns
     -------

@@ -29,11 +29,11 @@ class OneSided(NamedTuple):
     Attributes
     ----------
     mean, rms : float
-        Over the area.
+        Mean and root mean square over the area.
     max : float
-        The largest that was met.
+        The largest sampled distance.
     max_at, max_to : tuple of float
-        Where that was, and the point of the other surface that is closest.
+        The point with this distance, and the closest point of the other surface.
     """
 
     mean: float
@@ -44,9 +44,9 @@ class OneSided(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """Proved bounds of the Hausdorff distance, in model units.
+    """Certified bounds of the Hausdorff distance, in model units.
 
-    `converged` is ``False`` where the limit of work was reached before they were close enough.
+    `converged` is ``False`` if the limit of work was reached before the bounds were close enough.
     """
 
     lower: float
@@ -63,13 +63,13 @@ class Distance:
     first, second : Mesh
         The surfaces.
     forward, backward : OneSided
-        From the first to the second, and back.
+        From the first to the second, and vice versa.
     mean, rms, max : float
         Over both directions; `max` is a lower bound of the Hausdorff distance.
     diagonal : float
         Of the bounding box of the first surface.
     bounds : Bounds or None
-        Proved bounds, if they were asked for.
+        Certified bounds, if requested.
     """
 
     first: Mesh
@@ -84,7 +84,7 @@ class Distance:
 
     @cached_property
     def of_vertices(self) -> NDArray[np.float64]:
-        """The distance of every vertex of the first mesh from the second; exact, found when asked."""
+        """The distance of every vertex of the first mesh from the second; exact, computed on first use."""
         return _core.vertex_distances(plain(), self.first._data, self.second._data)
 
     @cached_property
@@ -128,15 +128,15 @@ def distance(
     first, second : mesh-like
         See :func:`curvmesh.as_mesh`. Neither need be a manifold.
     samples : int
-        In each direction, uniform by area; they make mean and root mean square. The largest distance is
-        over vertices and points of the edges, too.
+        Number in each direction, uniform by area, for mean and root mean square. The largest distance also uses
+        vertices and points of the edges.
     exact : float or str, optional
-        Also prove bounds of the Hausdorff distance that are at most this far apart: in model units, or
-        ``"0.01%"`` of the diagonal of the first surface.
+        Also certify bounds of the Hausdorff distance with at most this gap: in model units, or ``"0.01%"`` of
+        the diagonal of the first surface.
     relative : bool
         Whether a number for `exact` is a share of that diagonal.
     seed : int
-        Where the random numbers start.
+        Seed of the random numbers.
 
     Returns
     -------
@@ -144,8 +144,8 @@ def distance(
 
     Notes
     -----
-    As Metro measures them (Cignoni, Rocchini, Scopigno 1998); distances of samples are exact. The bounds
-    hold whatever is rounded on the way.
+    As in Metro (Cignoni, Rocchini, Scopigno 1998); distances of samples are exact. The bounds account for all
+    rounding errors.
 
     Examples
     --------

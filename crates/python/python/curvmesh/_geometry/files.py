@@ -1,4 +1,4 @@
-"""Reading and writing, and everything that functions accept as a mesh."""
+"""Reading and writing, and conversion of mesh-like objects."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["as_mesh", "read", "save", "write"]
 
-#: What the meshes of other packages have, and how they are converted.
+#: Attributes that identify the meshes of other packages, and the conversion of each.
 _KINDS: list[tuple[tuple[str, ...], Callable[[Any, bool], Mesh]]] = [
     (("geometry", "graph"), trimesh.of_scene),
     (("n_blocks", "keys"), pyvista.of_blocks),
@@ -40,9 +40,9 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
     Parameters
     ----------
     source : mesh-like
-        A :class:`Mesh`; a result with a ``mesh``, such as that of :func:`simplify`; a pair
-        ``(vertices, faces)``; a path or an open file; a mesh or scene of trimesh; a ``PolyData``,
-        ``MultiBlock`` or other data set of PyVista or VTK; a mesh of Open3D (legacy or tensor) or meshio.
+        A :class:`Mesh`; a result with a ``mesh``, such as the result of :func:`simplify`; a pair ``(vertices,
+        faces)``; a path or an open file; a mesh or scene of trimesh; a ``PolyData``, ``MultiBlock`` or other
+        data set of PyVista or VTK; a mesh of Open3D (legacy or tensor) or meshio.
     check : bool
         As for :class:`Mesh`.
 
@@ -50,7 +50,7 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
     -------
     Mesh
         With colours, normals, texture coordinates, materials, textures, groups and named numbers. A vector
-        ``v`` becomes the columns ``v_x``, ``v_y`` and ``v_z``. :attr:`Mesh.notes` names what was left out.
+        ``v`` becomes the columns ``v_x``, ``v_y`` and ``v_z``. :attr:`Mesh.notes` lists what was left out.
 
     Examples
     --------
@@ -92,8 +92,8 @@ def read(
 ) -> Mesh:
     """Read a mesh: OBJ, PLY, STL, OFF, glTF or GLB.
 
-    Untrusted files are safe to read: only files below the folder of the file are read with it, and memory
-    is limited in proportion to the size of the file.
+    Untrusted files are safe to read: other files are read only from the folder of the file and below, and
+    memory is limited in proportion to the size of the file.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def read(
         ``"obj"``, ``"ply"``, ``"stl"``, ``"off"``, ``"gltf"`` or ``"glb"``; detected from the content by
         default.
     external : str
-        Which files that it names are read with it: ``"none"``, those in its ``"folder"`` and below, or
+        Which of the files that it refers to are read: ``"none"``, those in its ``"folder"`` and below, or
         ``"any"``.
     max_memory : int, optional
         The most bytes that reading may allocate; by default 64 MiB and 60 times the size of the file.
@@ -144,7 +144,7 @@ def read(
 
 
 def _content(source: Any) -> bytes:
-    """The bytes of a file that is open or given by its content."""
+    """The content of a file that is open or given as bytes."""
     content = source.read() if hasattr(source, "read") else source
     if isinstance(content, str):
         raise ReadError("the file is open as text", cure='open(path, "rb")')
@@ -185,7 +185,7 @@ def write(
     Returns
     -------
     dict
-        ``rounding``, the largest change of a coordinate; ``dropped``, what the format has no place for;
+        ``rounding``, the largest change of a coordinate; ``dropped``, content that the format cannot store;
         ``kept``, files beside it that were left unchanged.
 
     Raises
@@ -207,7 +207,7 @@ def write(
 
 
 def _write_to(file: Any, write_file: Callable[[str], dict[str, Any]], format: str | None) -> dict[str, Any]:
-    """Writes to an open file by way of a temporary one."""
+    """Writes to an open file via a temporary file."""
     import tempfile
     from pathlib import Path
 

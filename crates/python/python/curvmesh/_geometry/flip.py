@@ -30,10 +30,10 @@ class FaceCost:
     Parameters
     ----------
     of : callable
-        Given the corners of k triangles, shape (k, 3, 3), one number for each.
+        Called with the corners of k triangles, shape (k, 3, 3); returns one number for each.
     length_exponent : int
-        The power of a length that the cost has as its unit: 0 where it does not depend on scale, 2 for an
-        area. With it gains are told from rounding.
+        The unit of the cost as a power of length: 0 if it does not depend on scale, 2 for an area. It is used
+        to distinguish gains from rounding errors.
 
     Examples
     --------
@@ -67,7 +67,8 @@ class EdgeCost:
     Parameters
     ----------
     of : callable
-        Given for k edges both ends, the left and the right apex, shape (k, 4, 3), one number for each.
+        Called with the two ends, the left and the right apex of k edges, shape (k, 4, 3); returns one number
+        for each.
     length_exponent : int
         As for :class:`FaceCost`.
     """
@@ -85,12 +86,12 @@ class EdgeCost:
 
 @dataclass(frozen=True, repr=False)
 class Flipped:
-    """A mesh after edge flips, and what they did.
+    """A mesh after edge flips, and a report.
 
     Attributes
     ----------
     mesh : Mesh
-        The same vertices, other faces. Normals are left out, since flips change them.
+        The same vertices with other faces, without normals, since flips change them.
     cost_before, cost_after : float
         The cost of the whole mesh.
     flips : int
@@ -100,7 +101,7 @@ class Flipped:
     annealed_flips : int
         Number of flips from annealing.
     locked_edges : int
-        Number of feature edges and borders, which never flip.
+        Number of feature edges and borders, which are never flipped.
     stop : str
         ``"local-minimum"``, ``"cycle-guard"``, ``"flip-limit"``, ``"time-limit"`` or ``"cancelled"``.
     refused : dict

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Info", "Repaired", "info", "repair", "subdivide"]
 
-#: Counts of what repairs can mend, and the repair.
+#: Counts of repairable defects, and the repair for each.
 _REPAIRS = {
     "non_manifold_edges": "cut_non_manifold",
     "non_manifold_vertices": "cut_non_manifold",
@@ -43,7 +43,7 @@ class Info(Mapping[str, Any]):
     Attributes
     ----------
     vertices, faces, triangles, quadrilaterals, larger_polygons, edges : int
-        Counts; edges are those of the triangles that polygons are cut into.
+        Counts; edges are counted after polygons are cut into triangles.
     boundary_edges, boundary_loops : int
         Edges with one face, and the closed curves that they form.
     components, edge_components : int
@@ -53,7 +53,7 @@ class Info(Mapping[str, Any]):
     repeated_vertex_faces, zero_area_faces, sliver_faces, unreferenced_vertices, non_finite_vertices : int
         More defects.
     inside_out : int or None
-        Components that are inside out, vertices at equal positions joined; ``None`` where it is not known.
+        Components that are inside out, after joining vertices at equal positions; ``None`` if unknown.
     euler_characteristic : int
         Vertices minus edges plus faces.
     closed, manifold, oriented : bool
@@ -108,12 +108,12 @@ class Info(Mapping[str, Any]):
 
     @property
     def defects(self) -> dict[str, int]:
-        """The number of each kind of defect; empty for a sound mesh."""
+        """The number of each kind of defect; empty for a valid mesh."""
         return {name: count for name in _REPAIRS if (count := self[name])}
 
     @property
     def repairs(self) -> list[str]:
-        """The arguments of :func:`repair` that would help."""
+        """The arguments of :func:`repair` for these defects."""
         return list(dict.fromkeys(_REPAIRS[name] for name in self.defects if _REPAIRS[name]))
 
     def __repr__(self) -> str:
@@ -135,7 +135,7 @@ def info(mesh: Any, *, threads: int | None = None) -> Info:
     Returns
     -------
     Info
-        The same values as ``curvmesh info``. Vertices that :attr:`Mesh.joins` makes one are counted once.
+        The same values as ``curvmesh info``. Vertices joined by :attr:`Mesh.joins` are counted once.
 
     Examples
     --------
@@ -151,18 +151,18 @@ def info(mesh: Any, *, threads: int | None = None) -> Info:
 
 @dataclass(frozen=True, repr=False)
 class Repaired:
-    """An oriented manifold of triangles, and what was done to get it.
+    """An oriented manifold of triangles, and a report of the repairs.
 
     Attributes
     ----------
     mesh : Mesh
         The result, with the data of the original.
     counts : dict
-        How often each repair was made.
+        Number of repairs of each kind.
     unchanged : bool
-        Whether nothing had to be repaired.
+        Whether no repair was needed.
     vertex_source, face_source : ndarray of int32
-        For each vertex and face of the result, one of the original that it comes from.
+        For each vertex and face of the result, a vertex or face of the original from which it comes.
     """
 
     mesh: Mesh
@@ -202,9 +202,9 @@ def repair(
     fill_holes: int | str | None = None,
     threads: int | None = None,
 ) -> Repaired:
-    """Make an oriented manifold of triangles out of anything with finite coordinates.
+    """Make an oriented manifold of triangles from any mesh with finite coordinates.
 
-    All repairs are made unless some are named; then those alone are, with `weld` for how vertices are
+    All repairs are made unless some are named; then only these are made. `weld` determines how vertices are
     merged.
 
     Parameters
@@ -217,16 +217,16 @@ def repair(
     relative : bool
         Whether a number for `weld` is a share of the diagonal of the bounding box.
     drop_out_of_range, drop_degenerate, drop_duplicates : bool
-        Drop faces that refer to vertices that are not there, that use a vertex twice, or that have the
-        vertices of an earlier one.
+        Drop faces that refer to vertices that do not exist, that use a vertex twice, or that have the vertices
+        of an earlier face.
     reorient : bool
-        Reverse faces until neighbours agree on what is outside.
+        Reverse faces until neighbours agree and components face outward.
     cut_non_manifold : bool
         Cut the surface apart along edges of more than two faces and at pinched vertices.
     drop_unreferenced : bool
         Drop vertices that no face uses.
     fill_holes : int or "all", optional
-        Then fill holes of at most so many edges.
+        Then fill holes of at most this number of edges.
 
     Returns
     -------
@@ -271,18 +271,19 @@ def subdivide(
     progress: Progress = None,
     threads: int | None = None,
 ) -> Mesh:
-    """Subdivide a mesh smoothly by the butterfly scheme; its vertices stay where they are.
+    """Subdivide a mesh smoothly by the butterfly scheme. Its vertices do not move.
 
     Parameters
     ----------
     mesh : mesh-like
         See :func:`curvmesh.as_mesh`; an oriented manifold.
     steps : int
-        Each cuts every face into four.
+        Number of steps; each cuts every face into four.
     tension : float
         The tension of Dyn, Levin, Gregory 1990, from 0 (flat) to 0.25.
     eight_point : bool
-        Use the eight-point rule at irregular vertices, too, not that of Zorin, Schröder, Sweldens 1996.
+        Use the eight-point rule also at irregular vertices, instead of the rule of Zorin, Schröder, Sweldens
+        1996.
 
     Returns
     -------

@@ -29,7 +29,7 @@ __all__ = ["Data", "Mesh"]
 
 
 class _Method:
-    """A function of a module that builds on this one, as a method: the mesh is its first argument.
+    """Makes a method from a function of a higher module: the mesh is its first argument.
 
     The module is imported at the first call, so that no module imports a module above it.
     """
@@ -47,8 +47,8 @@ class _Method:
 class Data(MutableMapping[str, "NDArray[Any]"]):
     """Arrays by name, one row for each vertex, corner or face.
 
-    Reading gives a read-only view without a copy. Setting or deleting a name changes the data of this mesh
-    only, and copies all its data once; :meth:`update` sets several arrays with one copy.
+    Reading returns a read-only view without a copy. Setting or deleting a name changes only the data of this
+    mesh, and copies all its data once; :meth:`update` sets several arrays with one copy.
     """
 
     def __init__(self, mesh: Mesh, on: str) -> None:
@@ -89,9 +89,9 @@ class Data(MutableMapping[str, "NDArray[Any]"]):
 
 
 class Mesh:
-    """A polygon mesh with whatever belongs to its vertices, corners and faces.
+    """A polygon mesh with data of its vertices, corners and faces.
 
-    Positions and faces never change; all functions of this package give new meshes.
+    Positions and faces never change; all functions of this package return new meshes.
 
     Parameters
     ----------
@@ -104,11 +104,11 @@ class Mesh:
         under any other name; corners, which are the vertices of the faces one after the other, have
         ``"uvs"`` and ``"normals"``; faces have ``"colors"`` and numbers.
     check : bool, optional
-        Whether indices out of range and coordinates that are not finite are refused. Without, such a
-        mesh can be examined with :func:`curvmesh.info` and mended with :func:`curvmesh.repair`.
+        Whether indices out of range and coordinates that are not finite are refused. If not, such a mesh can be
+        examined with :func:`curvmesh.info` and repaired with :func:`curvmesh.repair`.
     join : bool, optional
-        Whether vertices at equal positions count as one, as is needed where an array of vertices was
-        split so that each has one texture coordinate.
+        Whether vertices at equal positions count as one. This is needed if vertices were split so that each has
+        one texture coordinate.
 
     Raises
     ------
@@ -171,8 +171,8 @@ class Mesh:
         Raises
         ------
         ArrayError
-            Some faces are no triangles; :attr:`corners` and :attr:`face_ends` have those, and
-            :meth:`triangulated` cuts them.
+            Some faces are not triangles; use :attr:`corners` and :attr:`face_ends` for these, or
+            :meth:`triangulated` to cut them.
         """
         if not self._data.is_triangular:
             raise ArrayError(
@@ -183,7 +183,7 @@ class Mesh:
 
     @property
     def corners(self) -> NDArray[np.int32]:
-        """The vertices of all faces, one face after the other: a read-only view."""
+        """The vertices of all faces, face after face: a read-only view."""
         return self._data.corners
 
     @property
@@ -256,7 +256,7 @@ class Mesh:
 
     @property
     def notes(self) -> list[str]:
-        """What was lost, repaired or passed over when this mesh was made, for people."""
+        """Messages about data that was lost, repaired or skipped when this mesh was made."""
         return self._data.notes
 
     @property
@@ -312,7 +312,7 @@ class Mesh:
         Raises
         ------
         NonManifoldError, OrientationError, DegenerateFaceError, DuplicateFaceError
-            It is not; the error has the ids and the repair that would help.
+            It is not; the error has the ids and the name of the repair.
 
         Examples
         --------
@@ -329,11 +329,11 @@ class Mesh:
         return self
 
     def triangulated(self, *, threads: int | None = None) -> Mesh:
-        """The triangles that everything is computed on, with all data: polygons are cut, and where
-        the mesh :attr:`joins`, vertices at equal positions are one."""
+        """The triangles used by all computations, with all data: polygons are cut, and if the mesh
+        :attr:`joins`, vertices at equal positions are merged."""
         return Mesh._of(self._data.triangulated(plain(threads)))
 
-    # Functions of the modules above as methods; type checkers see the functions themselves.
+    # Functions of higher modules as methods; type checkers see the functions themselves.
     if TYPE_CHECKING:
         curvature = _curvature.curvature
         distance = _distance.distance
@@ -377,7 +377,7 @@ class Mesh:
         return f"Mesh({', '.join(parts)})"
 
     def __eq__(self, other: object) -> bool:
-        """Whether all content is the same to the last bit; :attr:`notes` do not count."""
+        """Whether all content is the same to the last bit, except :attr:`notes`."""
         if not isinstance(other, Mesh):
             return NotImplemented
         return self._data is other._data or self._data.equals(other._data)
@@ -388,7 +388,7 @@ class Mesh:
         return self.copy()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Mesh:
-        # The content never changes, so that it can be shared.
+        # The content never changes, so it can be shared.
         return self.copy()
 
     def __reduce__(self) -> tuple[Any, ...]:

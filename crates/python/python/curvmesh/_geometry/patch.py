@@ -22,7 +22,7 @@ __all__ = ["Cover", "patch"]
 
 
 class Cover:
-    """A mesh covered by smooth patches, as far as the tolerance allows; made by :func:`patch`.
+    """A mesh covered by smooth patches within a tolerance; made by :func:`patch`.
 
     Attributes
     ----------
@@ -40,13 +40,13 @@ class Cover:
 
     @property
     def patches(self) -> NDArray[Any]:
-        """The patches as a structured array, in the order in which they were chosen.
+        """The patches as a structured array, in the order of selection.
 
-        Fields are ``face`` (the base face), ``faces`` (how many it covers), ``radius``, ``origin``,
-        ``center``, ``frame`` (the directions of k1 and k2 and the normal), ``curvatures`` (the one of
-        larger absolute value first, positive where convex), ``arcs`` (lengths along both directions),
-        ``translation``, ``error`` (the largest distance from the mesh), ``shape`` and ``stop`` (why it
-        is not larger). Lengths are in model units.
+        Fields are ``face`` (the base face), ``faces`` (number of covered faces), ``radius``, ``origin``,
+        ``center``, ``frame`` (the directions of k1 and k2 and the normal), ``curvatures`` (the one of larger
+        absolute value first, positive where convex), ``arcs`` (lengths along both directions), ``translation``,
+        ``error`` (the largest distance from the mesh), ``shape`` and ``stop`` (what limits its size). Lengths
+        are in model units.
         """
         import numpy as np
 
@@ -64,7 +64,7 @@ class Cover:
 
     @property
     def tolerance(self) -> float:
-        """How far patches may be from the mesh, in model units."""
+        """The largest allowed distance between patches and mesh, in model units."""
         return self._cover.tolerance
 
     @property
@@ -74,7 +74,7 @@ class Cover:
 
     @property
     def covered_faces(self) -> int:
-        """How many faces some patch covers."""
+        """Number of faces covered by patches."""
         return self._cover.covered_faces
 
     @property
@@ -83,7 +83,7 @@ class Cover:
         return self._cover.patch_of_face()
 
     def faces_of(self, patch: int) -> NDArray[np.int32]:
-        """The faces that a patch covers."""
+        """The faces covered by a patch."""
         return self._cover.faces_of(patch)
 
     def evaluate(self, u: ArrayLike, phi: ArrayLike, patch: int = 0) -> NDArray[np.float64]:
@@ -96,7 +96,7 @@ class Cover:
         phi : array_like
             The angle from the direction of the first curvature, in radians. Both are broadcast.
         patch : int
-            Which patch.
+            Index of the patch.
 
         Returns
         -------
@@ -116,13 +116,13 @@ class Cover:
         return found.reshape(*a.shape, 3)
 
     def tessellate(self, tolerance: float | None = None, *, threads: int | None = None) -> Mesh:
-        """The patches as triangles, coloured by patch, and the faces that stay.
+        """The patches as triangles, coloured by patch, and the uncovered faces.
 
         Parameters
         ----------
         tolerance : float, optional
-            How far triangles may be from a patch, in model units; half the tolerance of the cover
-            otherwise.
+            The largest distance of triangles from a patch, in model units; by default half the tolerance of the
+            cover.
 
         Returns
         -------
@@ -137,7 +137,7 @@ class Cover:
         return Mesh._of(self._cover.splats())
 
     def record(self) -> dict[str, Any]:
-        """Everything that makes every patch again, as plain data."""
+        """The complete definition of all patches, as plain data."""
         found: dict[str, Any] = json.loads(self._cover.record())
         return found
 
@@ -190,18 +190,18 @@ def patch(
     relative : bool
         Whether numbers are shares of the diagonal of the bounding box.
     face : int, optional
-        Make one patch, at this triangle: of the given radius, or the largest within the tolerance.
+        Make one patch, at this triangle: with the given radius, or the largest within the tolerance.
     radius : float or str, optional
         The radius of the one patch, instead of a tolerance.
     shape : str
-        The outline: ``"circle"`` (equal arcs), ``"ellipse"`` (equal angles), ``"sagitta"`` (equal rise),
-        or ``"best"``, for each patch the one of the first two that covers more.
+        The outline: ``"circle"`` (equal arcs), ``"ellipse"`` (equal angles), ``"sagitta"`` (equal rise), or
+        ``"best"``, for each patch the one of the first two that covers more.
     preset : str
-        How curvature is estimated: ``"robust"``, or ``"paper"`` as Szilvási-Nagy 2010 prints it.
+        How curvature is estimated: ``"robust"``, or ``"paper"`` as in Szilvási-Nagy 2010.
     cover : str
         How patches are chosen: ``"greedy"``, ``"sequential"``, or the ``"best"`` of both.
     overhang : bool
-        Whether patches may reach over the boundary of the mesh.
+        Whether patches may extend beyond the boundary of the mesh.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Pictures, pages on which meshes turn, and how a mesh shows itself in a notebook."""
+"""Pictures, pages with interactive 3D views, and the display of meshes in notebooks."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 __all__ = ["Page", "Picture", "render", "view"]
 
-#: The name of data of vertices or faces, or values for each of them.
+#: The name of data of vertices or faces, or an array with a value for each of them.
 Values = Union[str, "ArrayLike", None]
 
 
 class Picture:
-    """A picture; shows itself in a notebook.
+    """A picture, displayed in notebooks.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Picture:
 
 
 class Page:
-    """A page on which meshes turn; shows itself in a notebook.
+    """A page with interactive 3D views of meshes, displayed in notebooks.
 
     Attributes
     ----------
@@ -98,8 +98,8 @@ class Page:
         return f"Page({len(self.html) / 1e6:.1f} MB)"
 
     def _repr_html_(self) -> str:
-        # The page in a frame of its own, so that nothing of it meets the notebook; in plain letters, so that
-        # it stays what its hashes are of, whatever encoding the notebook is shown in.
+        # The page is in its own frame, isolated from the notebook. It is encoded in ASCII, so that its hashes
+        # stay valid for any encoding of the notebook.
         page = escape(self.html).encode("ascii", "xmlcharrefreplace").decode()
         return (
             f'<iframe srcdoc="{page}" width="100%" height="{self.height}" '
@@ -110,7 +110,7 @@ class Page:
 def _shown(
     mesh: Mesh, values: Values, on: On | None
 ) -> tuple[On, NDArray[np.float64]]:
-    """Values of vertices or faces, and which of the two; a guess is made only where one is possible."""
+    """Values, and whether they belong to vertices or faces; inferred only if unambiguous."""
     import numpy as np
 
     if isinstance(values, str):
@@ -179,39 +179,39 @@ def render(
     mesh : mesh-like
         See :func:`curvmesh.as_mesh`; an oriented manifold.
     values : str or array_like, optional
-        What the colours show: the name of data of the mesh, or a number for each vertex or each face.
-        By default the mesh has its own colours or materials.
+        The values shown as colours: the name of data of the mesh, or a number for each vertex or each face. By
+        default the mesh has its own colours or materials.
     on : str, optional
-        Whether `values` belong to each ``"vertex"`` or each ``"face"``; needed where both counts are equal, or
+        Whether `values` belong to each ``"vertex"`` or each ``"face"``; required if both counts are equal, or
         both have data of that name.
     direction : sequence of float, str or sequence of str
         From the model to the camera; or a side (``"front"``, ``"back"``, ``"left"``, ``"right"``,
         ``"top"``, ``"bottom"``, ``"corner"``), several of which make a sheet.
     up : sequence of float
-        What is up in the picture, for a direction in numbers.
+        The upward direction of the picture, for a direction in numbers.
     size : (int, int)
         Width and height in pixels.
     edges, outlines : float
         The width of edges and outlines in pixels; 0 draws none.
     crease : float, optional
-        With outlines, draw edges whose faces meet at a larger angle, in degrees.
+        If outlines are drawn, also draw edges whose faces meet at a larger angle than this, in degrees.
     smooth : bool
         Shade with one normal per vertex.
     plain : bool
         Leave out colours and materials.
     colormap : str, optional
-        ``"viridis"``, ``"red-blue"``, ...; by default what suits the values.
+        ``"viridis"``, ``"red-blue"``, ...; the default depends on the values.
     range : str or (float, float)
         The values at the ends of the colours: ``"auto"`` leaves out the outer 2 %, ``"full"`` nothing,
         ``"5%,95%"`` are percentiles.
     log : bool
         Whether equal steps of colour are equal ratios.
     bar : bool
-        Whether there is a bar of colours beside values.
+        Whether to draw a colour bar beside the values.
     label : str
-        What the bar is called; the name of the data otherwise.
+        The label of the bar; by default the name of the data.
     transparent : bool
-        Leave the picture transparent where there is no mesh.
+        Make the background transparent.
     supersampling : int
         Samples per pixel and direction, from 1 to 8.
 
@@ -274,33 +274,33 @@ def view(
     progress: Progress = None,
     threads: int | None = None,
 ) -> Page:
-    """Make a page on which meshes turn: in a notebook cell, or as one file that opens offline.
+    """Make a page with interactive 3D views: in a notebook cell, or as one file that opens offline.
 
-    Shaded flat or smooth, edges, materials, any data as colours with a bar whose range can be changed,
-    the value under the pointer, boundaries and defects as lines; several meshes with one camera, side by
-    side, one over the other or in turns.
+    It has flat and smooth shading, edges, materials, any data as colours with an adjustable range, the value
+    under the pointer, and boundaries and defects as lines. Several meshes share one camera, side by side, one
+    over the other or alternating.
 
     Parameters
     ----------
     *meshes : mesh-like
-        What to show, polygons and defects included; or a :class:`curvmesh.Curvature`, with all its
+        The meshes to show, including polygons and defects; or a :class:`curvmesh.Curvature`, with all its
         quantities and directions.
     names : sequence of str, optional
-        What the meshes are called.
+        The names of the meshes.
     values : mapping or sequence of mappings, optional
-        More numbers by name for each vertex or face: of all meshes, or one mapping for each.
+        Further numbers by name for each vertex or face: of all meshes, or one mapping for each.
     on : str, optional
-        Whether `values` belong to each ``"vertex"`` or each ``"face"``; needed where both counts are equal.
+        Whether `values` belong to each ``"vertex"`` or each ``"face"``; required if both counts are equal.
     directions : bool
-        Whether principal directions of the vertices are found and shown on demand.
+        Whether principal directions of the vertices are computed and shown on demand.
     color : str, optional
-        What the colours show at first: the name of data, or ``"plain"``.
+        The data initially shown as colours: a name, or ``"plain"``.
     colormap, range
         As for :func:`render`; both can be changed on the page.
     layout : str
         ``"side"`` by side, ``"wipe"``, ``"blink"``, or ``"one"`` at a time.
     smooth, edges : bool, optional
-        How meshes are shown at first; by default that depends on their size.
+        The initial appearance of meshes; the default depends on their size.
     title : str, optional
         The title of the page.
     report : mapping, optional
@@ -308,14 +308,14 @@ def view(
     exact_positions : bool
         Keep positions as 32-bit numbers, not in 65,536 steps along each side.
     most_faces : int
-        Show meshes with more faces simplified, saying so.
+        Meshes with more faces are shown simplified, with a note.
     height : int
         The height in a notebook, in pixels.
 
     Returns
     -------
     Page
-        Shows itself in a notebook; ``.save("page.html")`` writes it, ``.open()`` opens a browser.
+        Displayed in notebooks; ``.save("page.html")`` writes it, ``.open()`` opens a browser.
 
     Examples
     --------
@@ -386,7 +386,7 @@ def _name(thing: Any, number: int, count: int) -> str:
 
 
 def card(mesh: Mesh) -> str:
-    """What a mesh shows of itself in a notebook: a picture, counts, defects."""
+    """The display of a mesh in a notebook: a picture, counts, defects."""
     import base64
 
     found = info(mesh)
@@ -406,6 +406,6 @@ def card(mesh: Mesh) -> str:
         image = base64.b64encode(picture.png).decode()
         shown = f'<img width="360" height="300" src="data:image/png;base64,{image}"/>'
     except CurvmeshError:
-        # What is no manifold has no picture, but counts.
+        # A mesh that is not a manifold has counts, but no picture.
         shown = ""
     return f'<div style="display:flex;gap:1em;align-items:center">{shown}{table("Mesh", rows)}</div>'

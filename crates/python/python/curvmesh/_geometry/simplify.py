@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 __all__ = ["Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Simplified", "lod", "simplify"]
 
 class Edges(NamedTuple):
-    """Edges that may collapse, as a cost, a surcharge or a guard of one's own sees them.
+    """Candidate edges, as passed to a custom cost, surcharge or guard.
 
     Attributes
     ----------
     vertices : ndarray, shape (k, 2)
         The two vertices of each edge, numbered as in the mesh before any collapse.
     ends : ndarray, shape (k, 2, 3)
-        Where they are now.
+        Their current positions.
     apexes : ndarray, shape (k, 2, 3)
         The third corners of the faces to the left and to the right; NaN beyond the boundary.
     """
@@ -61,14 +61,14 @@ EdgeFunction = Callable[[Edges], Any]
 
 
 class ErrorBounds(NamedTuple):
-    """A distance from the original: at least `lower`, and at most `upper` if that was proved."""
+    """A distance from the original: at least `lower`, and at most `upper` if that was certified."""
 
     lower: float
     upper: float | None
 
 
 class Fit(NamedTuple):
-    """What fitting did: rounds, flips, the root mean square distance before and in the end, and the norm."""
+    """Report of the fit: rounds, flips, the root mean square distance before and after, and the norm."""
 
     rounds: int
     flips: int
@@ -79,10 +79,9 @@ class Fit(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Record:
-    """The collapses of a run, from which every level of detail can be made again.
+    """The collapses of a run, from which every level of detail can be reproduced.
 
-    Made by :func:`simplify` and :func:`lod`, or read with :meth:`load`. It belongs to the mesh that it
-    was made on.
+    Made by :func:`simplify` and :func:`lod`, or read with :meth:`load`. It belongs to the mesh of the run.
     """
 
     _log: _core.LogData = field(repr=False)
@@ -109,7 +108,7 @@ class Record:
         Raises
         ------
         RecordError
-            The file is no record, or that of another mesh.
+            The file is not a record, or a record of another mesh.
         """
         import os
 
@@ -121,8 +120,8 @@ class Record:
         return self._log.columns()
 
     def vertex_map(self, collapses: int) -> NDArray[np.int32]:
-        """For each vertex of the mesh the one that it has become after so many collapses, in the
-        numbering of the mesh."""
+        """For each vertex of the mesh, the vertex into which it has been merged after this number of collapses,
+        in the numbering of the mesh."""
         return _core.representatives(self._log, collapses)
 
 
@@ -132,27 +131,27 @@ def _restored(mesh: Mesh, content: bytes) -> Record:
 
 @dataclass(frozen=True, repr=False)
 class Simplified:
-    """A simplified mesh and how it came about.
+    """A simplified mesh and a report.
 
     Attributes
     ----------
     mesh : Mesh
         The result, with the attributes of the original.
     vertex_map : ndarray of int32, shape (n,)
-        For each vertex of the original the vertex of the result that it has become.
+        For each vertex of the original, its vertex of the result.
     stop : str
         Why it stopped: ``"faces"``, ``"vertices"``, ``"cost"``, ``"error"``, ``"time"``,
         ``"cancelled"`` or ``"nothing_left"``.
     error : ErrorBounds or None
-        The distance from the original, if it was asked for.
+        The distance from the original, if requested.
     refused : dict
-        How often edges were refused, by reason.
+        Number of refused edges, by reason.
     max_cost : float
         The largest cost of a collapse, in the unit of the metric.
     boundary_shift : float or None
         The largest distance of a boundary vertex of the original from the new boundary.
     fit : Fit or None
-        What fitting did.
+        Report of the fit.
     log : Record
         Every collapse, before fitting.
     """
@@ -239,7 +238,7 @@ def _rules(
 
 
 def _asked(function: EdgeFunction | None) -> Callable[[Any, Any, Any], Any] | None:
-    """A function of edges as the compiled part calls it."""
+    """Wraps a function of edges for the compiled part."""
     if function is None:
         return None
     given = function
@@ -291,8 +290,8 @@ def simplify(
 ) -> Simplified:
     """Simplify a mesh by collapsing edges.
 
-    Texture coordinates, normals, colours, materials and named numbers come along. Several targets may
-    be given; the first one that is reached ends the run.
+    Texture coordinates, normals, colours, materials and named numbers are transferred. Several targets may be
+    given; the first one that is reached ends the run.
 
     Parameters
     ----------
@@ -300,16 +299,16 @@ def simplify(
         See :func:`curvmesh.as_mesh`. An oriented manifold, with or without boundaries;
         :func:`curvmesh.repair` makes one.
     faces, vertices : int, optional
-        Stop with so many.
+        Stop at this number.
     ratio : float, optional
-        Stop at this part of the faces, from 0 to 1.
+        Stop at this share of the faces, from 0 to 1.
     max_error : float or str, optional
         Stay within this distance of the input, and the input within it of the result: a length in model
         units, or ``"0.2%"`` of the diagonal of the bounding box.
     max_cost : float, optional
         Stop before a collapse that costs more than this, in the unit of the metric.
     time_limit : float, optional
-        Stop collapsing after so many seconds.
+        Stop collapsing after this number of seconds.
     relative : bool
         Whether a number for `max_error` is a share of the diagonal.
     preset : str
@@ -321,73 +320,72 @@ def simplify(
     curvature_weight : float, optional
         How much a change of curvature raises the cost.
     fit_rounds : int, optional
-        Rounds of fitting the result to the input, of four and more one less where a fifth of the faces or
-        more are left; 0 for none.
+        Rounds of fitting the result to the input; 0 for none. With four or more, one is skipped if at least a
+        fifth of the faces remain.
     norm : str, optional
-        What of the distances from the input the fit makes small: ``"l1"``, the mean; ``"l2"``, the root
-        mean square, which is usual; or ``"max"``, the largest, for more mean.
+        The norm of the distances from the input that the fit minimises: ``"l1"``, the mean; ``"l2"``, the root
+        mean square, which is the default; or ``"max"``, the largest, at the expense of the mean.
     anneal_time : float, optional
-        Anneal for at most so many seconds, with the presets ``"quality"`` and ``"extreme"``. A result that
-        was cut short differs from machine to machine.
+        Anneal for at most this number of seconds, with the presets ``"quality"`` and ``"extreme"``. A result
+        that is limited by time differs between machines.
     lock_boundary : bool
-        Keep every boundary vertex where it is.
+        Fix all boundary vertices.
     feature_angle : float, optional
-        Keep edges as feature lines where the normals of the faces are farther apart than this, in
+        Keep edges as feature lines if the angle between the normals of their faces is larger than this, in
         degrees.
     no_intersections : bool
-        Refuse whatever makes faces cross that did not before.
+        Reject operations that cause new intersections of faces.
     components : str or int
-        What becomes of small parts: ``"free"`` lets them be worn away, ``"keep"`` leaves each at least a
-        tetrahedron, a number at least so many vertices.
+        How to treat small components: ``"free"`` may remove them, ``"keep"`` leaves at least a tetrahedron of
+        each, a number leaves at least this number of vertices.
     verify : bool
-        Prove the distance from the input, and that it is within `max_error`.
+        Certify the distance from the input, and that it is within `max_error`.
     seed : int
-        Where the random numbers of the fit start.
+        Seed of the random numbers of the fit.
     attribute_weight, normal_weight : float
-        How much shifts of texture and colours, and turns of normals, count.
+        Weights of changes of texture and colours, and of normals.
     crease_angle : float
-        Normals that differ by more degrees than this across an edge are a crease.
+        An edge is a crease if normals differ by more than this across it, in degrees.
     keep_creases : bool
         Keep creases as feature lines, as borders of texture charts and materials always are.
     attributes : bool
-        Whether anything but positions and faces comes along.
+        Whether attributes are transferred; if not, the result has positions and faces only.
     cost : callable, optional
-        A cost of one's own in place of that of the preset: given :class:`Edges`, one number for each;
-        NaN for edges that must not collapse. It is called with all edges first, and after each collapse
-        with those round it.
+        A custom cost instead of the cost of the preset. Called with :class:`Edges`; returns one number for
+        each, NaN for edges that must not collapse. It is called with all edges first, and after each collapse
+        with the edges around it.
     surcharge : callable, optional
-        What the cost is raised by: ``cost * (1 + surcharge)``, at least 0; called likewise.
+        A surcharge of at least 0 on the cost: ``cost * (1 + surcharge)``; called in the same way.
     guard : callable, optional
-        Which edges may collapse: ``True`` for each that may; called likewise. With any of the three
-        functions the result is not fitted, and the metric is asked from the first collapse on; without
-        them quadrics come first where far fewer faces are wanted.
+        Returns ``True`` for each edge that may collapse; called in the same way. With any of the three
+        functions the result is not fitted, and the metric is used from the first collapse; without them
+        quadrics come first if the target has far fewer faces.
     progress : bool or callable, optional
-        ``True`` for a bar, or a function of the part that is done.
+        ``True`` for a bar, or a function of the completed share.
     callback : callable, optional
-        Called with a :class:`State` now and then; ends the run with the best so far by returning
+        Called with a :class:`State` at intervals; ends the run with the best result so far by returning
         ``False``.
     keep_partial : bool
-        Whether Ctrl-C ends the run with the best so far instead of an exception.
+        Whether Ctrl-C ends the run with the best result so far instead of an exception.
     threads : int, optional
-        By how many threads; the result does not depend on it.
+        Number of threads; the result does not depend on it.
 
     Returns
     -------
     Simplified
-        The same as of ``curvmesh simplify``, to the last bit.
+        The same result as of ``curvmesh simplify``, to the last bit.
 
     Raises
     ------
     OptionError
-        No target is given, or an option makes no sense.
+        No target is given, or an option is invalid.
     NonManifoldError, OrientationError, DegenerateFaceError, DuplicateFaceError, NotFiniteError
-        The mesh is no oriented manifold; the error has the ids and the repair that would help.
+        The mesh is not an oriented manifold; the error has the ids and the name of the repair.
 
     Notes
     -----
-    Quadrics are those of Garland and Heckbert 1997 and Lindstrom and Turk 1998, the norms of
-    ``"paper-l1"`` and ``"paper-l2"`` eq. 1 and 2 of Kim, Kim, Levin: Surface simplification using a
-    discrete curvature norm, 2002.
+    Quadrics follow Garland and Heckbert 1997 and Lindstrom and Turk 1998, the norms of ``"paper-l1"`` and
+    ``"paper-l2"`` eq. 1 and 2 of Kim, Kim, Levin: Surface simplification using a discrete curvature norm, 2002.
 
     Examples
     --------
@@ -462,7 +460,7 @@ class Level:
     mesh : Mesh
         The level, with the attributes of the original.
     collapses : int
-        After how many collapses of the record.
+        Number of collapses of the record.
     mean, rms, max : float
         Distances from the original over both directions, from 200,000 samples each, in model units.
     """
@@ -478,7 +476,7 @@ class Level:
 
 
 class Levels(Sequence[Level]):
-    """Levels of detail, from fine to coarse, and the record that they were made from."""
+    """Levels of detail, from fine to coarse, and their record of collapses."""
 
     def __init__(self, levels: Sequence[Level], record: Record) -> None:
         self._levels = list(levels)
@@ -527,27 +525,27 @@ def lod(
     progress: Progress = None,
     threads: int | None = None,
 ) -> Levels:
-    """Make levels of detail, each of them a stage of one run of collapses.
+    """Make levels of detail from one run of collapses.
 
-    The vertices of a level are what those of the finer ones have become; so levels are not fitted to the
-    input, as the results of :func:`simplify` are.
+    Each vertex of a level comes from vertices of the finer levels. So levels are not fitted to the input,
+    unlike the results of :func:`simplify`.
 
     Parameters
     ----------
     mesh : mesh-like
         See :func:`curvmesh.as_mesh`.
     ratios : sequence of float
-        Levels with these parts of the faces.
+        Levels with these shares of the faces.
     faces : sequence of int
-        Levels with so many faces, or one fewer.
+        Levels with these numbers of faces, or one fewer.
     errors : sequence of float or str
         The coarsest levels within these distances of the input.
     record : Record, optional
-        Take the collapses of this record of a run on the same mesh, instead of finding them.
+        Use the collapses of this record of a run on the same mesh.
     verify : bool
-        Prove the distances of `errors`.
+        Certify the distances of `errors`.
 
-    Other parameters are those of :func:`simplify`.
+    The other parameters are described in :func:`simplify`.
 
     Returns
     -------

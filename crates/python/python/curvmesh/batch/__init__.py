@@ -1,8 +1,8 @@
-"""The same for many meshes: recipes as data, on this machine, Dask or Ray.
+"""Batch processing of many meshes: recipes as data, on this machine, Dask or Ray.
 
-:func:`run` does the steps of a :class:`Recipe` to every input and gives a :class:`Report`. A
-:class:`Task` is what engines are handed: one input to files and a record. The same is on the command
-line: ``python -m curvmesh.batch recipe.json scans/ -o out/ --shard 3/64``.
+:func:`run` applies the steps of a :class:`Recipe` to every input and returns a :class:`Report`. Engines run a
+:class:`Task` for each input, which writes files and a record. The same is available on the command line:
+``python -m curvmesh.batch recipe.json scans/ -o out/ --shard 3/64``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``python -m curvmesh.batch``: the same for many meshes, from the command line."""
+"""``python -m curvmesh.batch``: batch processing from the command line."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from .. import _core
 from .._errors import CurvmeshError
 from ._run import Report, gather, run
 
-#: As the program `curvmesh` has them.
+#: Exit codes, as in the program `curvmesh`.
 _SOME_FAILED, _USAGE, _INTERRUPTED = 4, 2, 130
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command line, and gives the exit code."""
+    """Runs the command line, and returns the exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m curvmesh.batch",
         description="Do the steps of a recipe to many meshes, on this machine, Dask or Ray.",

@@ -1,4 +1,4 @@
-"""Which inputs there are, and under which names their results go."""
+"""Inputs, and the names of their results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Inputs = Union[str, "os.PathLike[str]", Iterable[Union[str, "os.PathLike[str]"]]
 
 
 class InputError(CurvmeshError, ValueError):
-    """There are no inputs, or several whose results would go to the same place."""
+    """There are no inputs, or several whose results would have the same path."""
 
 
 class Source(NamedTuple):
@@ -41,7 +41,7 @@ def sources(inputs: Inputs, output: str) -> list[Source]:
     for given in inputs:
         path = os.fspath(given)
         if not is_url(path):
-            # Workers may be somewhere else.
+            # Workers may have another working folder.
             path = os.path.abspath(path)
         count = 0
         for source in _expanded(path, output):
@@ -60,7 +60,7 @@ def sources(inputs: Inputs, output: str) -> list[Source]:
 
 
 def shard_of(found: list[Source], shard: str | tuple[int, int] | None) -> tuple[list[Source], str]:
-    """The K-th of N parts of the inputs, and what the names of its reports end with."""
+    """The K-th of N parts of the inputs, and the suffix of the names of its reports."""
     if shard is None:
         return found, ""
     match = re.fullmatch(r"(\d+)/(\d+)", shard) if isinstance(shard, str) else None
@@ -71,19 +71,19 @@ def shard_of(found: list[Source], shard: str | tuple[int, int] | None) -> tuple[
 
 
 def _expanded(path: str, output: str) -> Iterator[Source]:
-    """The inputs that a path, pattern, folder or URL means."""
+    """The inputs of a path, pattern, folder or URL."""
     if is_url(path):
         return _of_url(path, output)
     if os.path.isdir(path):
         return _of_folder(path, output)
     if glob.has_magic(path) and not os.path.lexists(path):
         return _of_pattern(path, output)
-    # What is not there is a failure of this input alone.
+    # A missing file is a failure of this input alone.
     return iter([Source(_name(os.path.basename(path), path), path)])
 
 
 def _of_folder(root: str, output: str) -> Iterator[Source]:
-    """The mesh files of a folder and those below, save for those in the output."""
+    """The mesh files of a folder and its subfolders, except those in the output."""
     away = None if is_url(output) else os.path.realpath(output)
     for folder, below, names in os.walk(root):
         below[:] = [
@@ -98,7 +98,7 @@ def _of_folder(root: str, output: str) -> Iterator[Source]:
 
 
 def _of_pattern(pattern: str, output: str) -> Iterator[Source]:
-    """The files that fit a pattern, named from the last folder that it is sure of."""
+    """The files that match a pattern, named relative to the last folder without a wildcard."""
     root = _sure(pattern)
     away = None if is_url(output) else os.path.realpath(output) + os.sep
     for path in glob.iglob(pattern, recursive=True):
@@ -138,7 +138,7 @@ def _is_mesh(name: str) -> bool:
 
 
 def _name(name: str, path: str) -> str:
-    """A name below the output, and not outside."""
+    """The normalised name of the results. Refuses names outside the output."""
     parts = [part for part in name.replace(os.sep, "/").split("/") if part not in ("", ".")]
     if not parts or ".." in parts:
         raise InputError(f"{path}: it has no name below the folder that it was found from", path=path)

@@ -1,4 +1,4 @@
-"""Recipes: what is done to every input, as data that is checked before anything runs."""
+"""Recipes: the steps applied to every input, as data that is checked before anything runs."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Steps = Union["Recipe", str, "os.PathLike[str]", Mapping[str, Any], Sequence[Any
 
 
 class RecipeError(OptionError):
-    """A recipe makes no sense.
+    """A recipe is invalid.
 
     Attributes
     ----------
     step : int or None
-        Which step, counted from 0 in the recipe as it was given.
+        The step, counted from 0 in the recipe as given.
     option : str
         The option at fault, or an empty string.
     """
@@ -40,9 +40,9 @@ class RecipeError(OptionError):
 class Recipe(Sequence[Told]):
     """Steps that have been checked.
 
-    Every step is a mapping: ``"do"`` is its name, all else are options of the function of that name;
-    a text is a step without options. What is not said is added: reading at the beginning, and writing
-    at the end where the mesh was changed and is not written.
+    Every step is a mapping: ``"do"`` is its name, the other entries are options of the function of that name. A
+    text is a step without options. Reading at the beginning and writing at the end are added if they are
+    missing; writing only if the mesh was changed and not yet written.
 
     Parameters
     ----------
@@ -52,12 +52,12 @@ class Recipe(Sequence[Told]):
     Attributes
     ----------
     hash : str
-        SHA-256 of the steps, by which finished work is known again.
+        SHA-256 of the steps, which identifies finished work.
 
     Raises
     ------
     RecipeError
-        A step or an option is not known, or has a value that makes no sense.
+        A step or an option is unknown, or has an invalid value.
 
     Examples
     --------
@@ -74,7 +74,7 @@ class Recipe(Sequence[Told]):
 
     def __init__(self, steps: Steps) -> None:
         self._steps = [_checked(number, step) for number, step in enumerate(_given(steps))]
-        #: How many steps come before the first one that was given.
+        #: Number of steps before the first one that was given.
         self._before = 0 if self._steps[0]["do"] == "read" else 1
         if self._before:
             self._steps.insert(0, {"do": "read"})
@@ -94,7 +94,7 @@ class Recipe(Sequence[Told]):
         return RecipeError(told, step=place, option=option, cure=cure)
 
     def _check_files(self) -> None:
-        """No two steps write the same file."""
+        """Checks that no two steps write the same file."""
         usual = {"lod": "lod", "render": "picture", "write": "mesh"}
         seen = set()
         for number, step in enumerate(self._steps):
@@ -107,7 +107,7 @@ class Recipe(Sequence[Told]):
                 seen.add((name, kind))
 
     def _try(self) -> None:
-        """Does everything to a small mesh, which finds what is wrong whatever the input."""
+        """Runs all steps on a small mesh, to find errors that do not depend on the input."""
         with tempfile.TemporaryDirectory(prefix="curvmesh-") as folder:
             path = os.path.join(folder, "trial.ply")
             try:
@@ -120,12 +120,12 @@ class Recipe(Sequence[Told]):
                 try:
                     STEPS[step["do"]].work(work, {**_options(step), **few})
                 except CurvmeshError as error:
-                    # What this mesh is too small for, or has no data for, others may do.
+                    # Other meshes may be large enough, or have the data.
                     if isinstance(error, OptionError) and "values" not in step:
                         raise self._wrong(number, str(error), cure=error.cure) from None
 
     def do(self, number: int, work: Work) -> Told:
-        """Does one step, and tells what it did."""
+        """Runs one step, and returns its report."""
         step = self._steps[number]
         return STEPS[step["do"]].work(work, _options(step))
 
@@ -152,7 +152,7 @@ class Recipe(Sequence[Told]):
         return grid("Recipe", ["", "step", "options"], rows)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Checked once is checked for all machines.
+        # A checked recipe is valid on all machines.
         return _restored, (self._steps, self.hash)
 
 
@@ -169,7 +169,7 @@ def _options(step: Told) -> Told:
 
 
 def _given(steps: Steps) -> list[Any]:
-    """The steps as they were given."""
+    """The steps as given."""
     if isinstance(steps, (str, os.PathLike)):
         path = os.fspath(steps)
         try:
@@ -194,7 +194,7 @@ def _given(steps: Steps) -> list[Any]:
 
 
 def _checked(number: int, step: Any) -> Told:
-    """A step in its normal form: values of one type each, and none that say nothing."""
+    """A step in its normal form: values of one type each, without ``None``."""
     if isinstance(step, str):
         step = {"do": step}
     if not isinstance(step, Mapping) or not isinstance(step.get("do"), str):

@@ -1,4 +1,4 @@
-"""What is known of an input: its record, which is the row of the manifest, too."""
+"""The record of an input, which is also its row in the manifest."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Row = dict[str, Any]
 #: The name of the record among the results of an input.
 RECORD = "record.json"
 
-#: What the same recipe makes of the same input, whenever, wherever and by whatever engine.
+#: The parts of a row that depend on the recipe and the input alone, not on time, place or engine.
 _RESULT = ("name", "input_hash", "recipe", "status", "outputs", "steps")
 
 
@@ -42,7 +42,7 @@ def line(row: Row) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it; numbers that are not finite are null."""
+    """A value as JSON; numbers that are not finite become null."""
     if isinstance(value, dict):
         return {str(name): plain(part) for name, part in value.items()}
     if isinstance(value, (list, tuple)):
@@ -64,13 +64,13 @@ def parsed(text: str | None) -> Row | None:
 
 
 def is_whole(row: Row, sizes: Any) -> bool:
-    """Whether all outputs of a row are there; `sizes` gives the size of a file."""
+    """Whether all outputs of a row exist; `sizes` returns the size of a file."""
     files = [(f"{row['name']}/{output['file']}", output["bytes"]) for output in row["outputs"]]
     return all(sizes(name) == size for name, size in files)
 
 
 def is_settled(row: Row, recipe: str, version: str, retry_failed: bool) -> bool:
-    """Whether a row says what this recipe and version would say again of an input that is the same."""
+    """Whether a row is up to date for this recipe and version if the input is unchanged."""
     if row["recipe"] != recipe or row["versions"].get("curvmesh") != version:
         return False
     failure = row["failure"]
@@ -78,9 +78,9 @@ def is_settled(row: Row, recipe: str, version: str, retry_failed: bool) -> bool:
 
 
 def is_unchanged(row: Row, now: Found | None) -> bool:
-    """Whether an input looks as it did, without reading it."""
+    """Whether an input looks unchanged, without reading it."""
     if now is None:
-        # What was not there is still not there.
+        # Unchanged if the file was missing before.
         return row["input_bytes"] is None
     return bool(row["input_bytes"] == now.bytes and row["input_changed"] == now.changed)
 
@@ -88,7 +88,7 @@ def is_unchanged(row: Row, now: Found | None) -> bool:
 def known(store: Store, names: Iterable[str]) -> tuple[dict[str, Row], dict[str, int]]:
     """The records of inputs, and the sizes of all files below the output.
 
-    Copies that were being written when a run was killed are removed.
+    Removes unfinished copies of a killed run.
     """
     from concurrent.futures import ThreadPoolExecutor
 
@@ -102,7 +102,7 @@ def known(store: Store, names: Iterable[str]) -> tuple[dict[str, Row], dict[str,
         else:
             sizes[file] = size
     there = [name for name in sorted(wanted) if f"{name}/{RECORD}" in sizes]
-    # Where a store is far away, it is waiting that takes time.
+    # Remote stores are slow because of latency.
     with ThreadPoolExecutor(16) as pool:
         rows = pool.map(lambda name: parsed(store.text(f"{name}/{RECORD}")), there)
         return {name: row for name, row in zip(there, rows) if row and row["name"] == name}, sizes

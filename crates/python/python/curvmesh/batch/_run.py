@@ -1,4 +1,4 @@
-"""Running a recipe on many inputs, and what came of it."""
+"""Running a recipe on many inputs, and the report."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from ._task import Task, failed, finish
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """What became of all inputs.
+    """The outcomes of all inputs.
 
     Attributes
     ----------
     rows : list of dict
-        One row for each input, by name, as they are in the manifest.
+        One row for each input, ordered by name, as in the manifest.
     skipped : int
-        How many of them were finished before, so that nothing was done.
+        Number of inputs that were finished before.
     manifest : str
-        The path or URL of the manifest: a row in each line, as JSON.
+        The path or URL of the manifest: one row per line, as JSON.
     summary : str
         The path or URL of the summary, a page that opens offline.
     hash : str
-        SHA-256 of what depends on inputs and recipe alone: the hashes of inputs and outputs, counts,
+        SHA-256 of everything that depends on inputs and recipe alone: the hashes of inputs and outputs, counts,
         errors, kinds of failures. It is the same for every engine, number of workers and order.
     """
 
@@ -52,12 +52,12 @@ class Report:
 
     @property
     def done(self) -> list[Row]:
-        """The rows of inputs that went through all steps."""
+        """The rows of inputs that completed all steps."""
         return [row for row in self.rows if row["failure"] is None]
 
     @property
     def failed(self) -> list[Row]:
-        """The rows of inputs that did not; ``row["failure"]`` has kind, message, step and cure."""
+        """The rows of failed inputs; ``row["failure"]`` has kind, message, step and cure."""
         return [row for row in self.rows if row["failure"] is not None]
 
     def _rows(self) -> list[tuple[str, object]]:
@@ -97,52 +97,52 @@ def run(
     progress: Progress = None,
     callback: Callable[[Row], object] | None = None,
 ) -> Report:
-    """Do the same to many meshes, on the processors of this machine, Dask or Ray.
+    """Apply the same steps to many meshes, on the processors of this machine, Dask or Ray.
 
-    Each input has a folder of its own below `output`, named like it, with what the steps write (by
-    default ``mesh.ply``, ``picture.png``, ``lod-1.ply``, ...), a small picture, and ``record.json``, which
-    is written last. Files appear whole or not at all. What is finished is not done again by a second
-    run, as long as the input, the recipe and the version of this package are the same. An input that
-    cannot be processed, or that its worker dies of, has a row that says why, and the run goes on.
+    Each input gets a folder below `output` with its name. It contains the files written by the steps (by
+    default ``mesh.ply``, ``picture.png``, ``lod-1.ply``, ...), a small picture, and ``record.json``, which is
+    written last. Files appear whole or not at all. A second run skips finished inputs if the input, the recipe
+    and the version of this package are unchanged. An input that cannot be processed, or that kills its worker,
+    has a row with the reason, and the run continues.
 
     Parameters
     ----------
     inputs : path, pattern, folder or URL, or several
-        Files; patterns such as ``"scans/**/*.ply"``; folders, for all mesh files in them and below; or
-        the same behind URLs such as ``"s3://bucket/scans"``, for which fsspec has to be installed.
+        Files; patterns such as ``"scans/**/*.ply"``; folders, for all mesh files in them and below; or the same
+        at URLs such as ``"s3://bucket/scans"``, which require fsspec.
     steps : path, mapping or sequence
         The recipe, see :class:`Recipe`: ``"read"``, ``"repair"``, ``"flip"``, ``"simplify"``, ``"lod"``,
         ``"curvature"``, ``"distance"``, ``"render"`` and ``"write"``, with the options of the functions of the
         same name.
     output : path or URL
-        The folder for results, which all workers can reach.
+        The folder for results, accessible to all workers.
     engine : str
         ``"local"``, ``"dask"`` or ``"ray"``.
     client : optional
-        For Dask a ``distributed.Client`` or the address of a scheduler, for Ray the address of a
-        cluster; a connection that is open already is used. Without, both run on this machine.
+        For Dask a ``distributed.Client`` or the address of a scheduler, for Ray the address of a cluster; an
+        open connection is used. By default both run on this machine.
     workers : int, optional
-        How many tasks at a time on this machine; by default as many as there are processors for. Not with
-        a client, which has its own.
+        Number of parallel tasks on this machine; by default as many as the processors allow. Not with a client,
+        which has its own workers.
     cores : int
-        By how many threads each task is done. Dask knows nothing of it: its workers should then have one
-        thread for so many processors.
+        Number of threads of each task. Dask does not know it: its workers should then have one thread for this
+        number of processors.
     retries : int
-        How often a task is tried again after its worker died. For a Dask cluster that runs already, its
-        own ``allowed-failures`` counts.
+        How often a task is retried after its worker died. For an existing Dask cluster, its own
+        ``allowed-failures`` applies.
     retry_failed : bool
-        Whether what failed before is tried again. What may be the fault of the machine always is.
+        Whether failed inputs are retried. Failures that may be caused by the machine are always retried.
     shard : str or (int, int), optional
-        Do only the K-th of N parts of the inputs, as in ``"3/64"``, for job arrays; :func:`gather` makes
-        one report of all.
+        Process only the K-th of N parts of the inputs, as in ``"3/64"``, for job arrays; :func:`gather` makes
+        one report from all.
     thumbnail : int
         Width and height of the small pictures in pixels; 0 for none.
     parquet : bool
-        Whether the manifest is written as Parquet, too, which takes pyarrow.
+        Whether the manifest is also written as Parquet, which requires pyarrow.
     progress : bool or callable, optional
-        ``True`` for a bar, or a function of the part that is done.
+        ``True`` for a bar, or a function of the completed share.
     callback : callable, optional
-        Called with each row when it is there.
+        Called with each row when it is available.
 
     Returns
     -------
@@ -151,7 +151,7 @@ def run(
     Raises
     ------
     RecipeError, InputError, OptionError
-        Before anything runs: steps, inputs or options make no sense.
+        Before anything runs: steps, inputs or options are invalid.
     WriteError
         Manifest or summary cannot be written.
 
@@ -177,7 +177,7 @@ def run(
     recipe = steps if isinstance(steps, Recipe) else Recipe(steps)
     output = os.fspath(output)
     if not is_url(output):
-        # Workers may be somewhere else.
+        # Workers may have another working folder.
         output = os.path.abspath(output)
     check(engine, client, workers)
     _check_counts(workers, cores, retries, thumbnail)
@@ -204,7 +204,7 @@ def run(
     skipped = len(rows)
     with tempfile.TemporaryDirectory(prefix="curvmesh-") as folder, _telling(progress) as tell:
         if tasks:
-            # Whatever is raised in here, the workers end.
+            # The workers end after any exception.
             with opened(engine, client, workers, cores, retries) as do, closing(do(tasks)) as outcomes:
                 for number, (task, outcome) in enumerate(outcomes, 1):
                     row = _lost(task, outcome, store, folder) if isinstance(outcome, Lost) else outcome
@@ -218,14 +218,14 @@ def run(
 def gather(output: str | os.PathLike[str], *, parquet: bool = False) -> Report:
     """Make one manifest and one summary of all records below an output.
 
-    For the parts that the tasks of a job array have done, or while a run goes on.
+    For the parts of a job array, or during a run.
 
     Parameters
     ----------
     output : path or URL
-        What was the `output` of :func:`run`.
+        The `output` of :func:`run`.
     parquet : bool
-        Whether the manifest is written as Parquet, too.
+        Whether the manifest is also written as Parquet.
 
     Returns
     -------
@@ -265,7 +265,7 @@ def _check_pyarrow() -> None:
 
 
 class _telling:
-    """A function of the part that is done, and a bar that is closed in the end."""
+    """A function of the completed share, and a bar that is closed at the end."""
 
     def __init__(self, progress: Progress) -> None:
         self._bar = _Bar("batch") if progress is True else None
@@ -282,7 +282,7 @@ class _telling:
 
 
 def _lost(task: Task, lost: Lost, store: Store, folder: str) -> Row:
-    """The record of an input whose worker died, written by this process in its place."""
+    """The record of an input whose worker died, written by this process instead."""
     earlier = parsed(store.text(f"{task.source.name}/{RECORD}"))
     if (
         earlier is not None
@@ -290,7 +290,7 @@ def _lost(task: Task, lost: Lost, store: Store, folder: str) -> Row:
         and is_whole(earlier, store.bytes)
         and is_unchanged(earlier, look(task.source.path))
     ):
-        # It was done; only the answer got lost.
+        # The task was completed; only the answer was lost.
         return earlier
     row = failed(task.blank(), RuntimeError(lost.message))
     row["failure"]["kind"] = lost.kind
@@ -318,7 +318,7 @@ def _report(
 
 
 def _write_parquet(rows: list[Row], path: str) -> None:
-    """A column for each name, of the same type whatever the rows are; parts are JSON."""
+    """A column for each name, with the same type for any rows; nested parts are JSON."""
     import pyarrow
     import pyarrow.parquet
 
@@ -329,7 +329,7 @@ def _write_parquet(rows: list[Row], path: str) -> None:
     pyarrow.parquet.write_table(pyarrow.Table.from_pylist(flat, schema=schema), path)
 
 
-#: The parts of a row that have columns of their own.
+#: The nested parts of a row that have separate columns.
 _PARTS = {
     "failure": ("kind", "message", "step", "do", "lasting", "repair", "cure"),
     "versions": ("curvmesh", "numpy", "python", "machine"),

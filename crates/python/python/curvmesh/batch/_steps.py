@@ -1,4 +1,4 @@
-"""The steps of a recipe: their options, and what each does to a mesh."""
+"""The steps of a recipe: their options and their functions."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from .._geometry.mesh import Mesh
 from .._geometry.show import render
 from .._geometry.simplify import lod, simplify
 
-#: What is told of a mesh or of a step: names and JSON values.
+#: The report on a mesh or a step: names and JSON values.
 Told = dict[str, Any]
 
-#: Formats that can be written, by the extension of the file.
+#: Output formats, by the extension of the file.
 FORMATS = ("obj", "ply", "stl", "off", "gltf", "glb")
 
 
 @dataclass
 class Work:
-    """A mesh on its way through the steps.
+    """A mesh in a sequence of steps.
 
     Attributes
     ----------
     path : str
-        The file that it is read from.
+        The source file.
     folder : str
-        Where files are put.
+        The folder for files.
     threads : int
-        By how many threads each step is done.
+        Number of threads of each step.
     mesh, original, repaired : Mesh
-        As it is now, as it was read, and as it was before anything but repairs changed it.
+        The current mesh, the input, and the mesh after the initial repairs.
     files : list of str
-        The names of all files in the folder, in the order in which they were written.
+        The names of all files in the folder, in the order of writing.
     """
 
     path: str
@@ -52,17 +52,17 @@ class Work:
     files: list[str] = field(default_factory=list)
 
     def change(self, mesh: Mesh, **told: Any) -> Told:
-        """Goes on with another mesh."""
+        """Continues with another mesh."""
         self.mesh = mesh
         return {"vertices": mesh.vertex_count, "faces": mesh.face_count, **told}
 
     def extension(self) -> str:
-        """That of the file, if it can be written."""
+        """The extension of the source file, if the format can be written."""
         found = os.path.splitext(self.path)[1].lower().lstrip(".")
         return found if found in FORMATS else "ply"
 
     def save(self, name: str, mesh: Mesh, options: Mapping[str, Any]) -> Told:
-        """Writes a mesh with whatever belongs beside it."""
+        """Writes a mesh with its companion files."""
         before = set(os.listdir(self.folder))
         path = os.path.join(self.folder, name)
         told = write(path, mesh, threads=self.threads, overwrite_companions=True, **options)
@@ -111,7 +111,7 @@ def _lod(work: Work, options: Told) -> Told:
     return {"levels": told}
 
 
-#: What the program calls the quantities of curvature in files.
+#: Names of curvature quantities in files of the program.
 _NAMES = {"gaussian": "gaussian_curvature", "mean": "mean_curvature", "abs_mean": "abs_mean_curvature"}
 
 
@@ -161,16 +161,16 @@ def _write(work: Work, options: Told) -> Told:
 
 @dataclass(frozen=True)
 class Kind:
-    """What an option may be.
+    """The type of an option.
 
     Attributes
     ----------
     what : str
-        In words.
+        A description.
     fits : callable
-        Whether a value is one.
+        Whether a value is valid.
     normal : callable
-        The one form of values that mean the same.
+        Converts equivalent values to one form.
     """
 
     what: str
@@ -263,11 +263,11 @@ class Step:
     Attributes
     ----------
     options : dict
-        What each option may be; they are those of the function of the same name.
+        The types of the options; the names are those of the function of the same name.
     work : callable
-        Does it, and tells what it did.
+        Runs the step, and returns its report.
     changes : bool
-        Whether the mesh is another one after it.
+        Whether it changes the mesh.
     """
 
     options: dict[str, Kind]

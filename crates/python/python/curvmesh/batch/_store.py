@@ -1,4 +1,4 @@
-"""Where files are: folders of this machine, or whatever else fsspec knows."""
+"""Storage of files: folders of this machine, or any file system of fsspec."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from typing import Any
 
 from .._errors import OptionError, ReadError, WriteError
 
-#: What unfinished files end with, before a number of their own.
+#: The suffix of unfinished files, before a unique number.
 PART = ".part-"
 
-#: Stores that make a file visible when it is whole; elsewhere files are moved to where they belong.
+#: Stores in which a file appears only when it is complete; elsewhere files are moved into place.
 _WHOLE = {"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "adl", "oss", "memory"}
 
 
 @dataclass(frozen=True)
 class Found:
-    """A file: its size in bytes, and what changes with its content."""
+    """A file: its size in bytes, and a value that changes with its content."""
 
     bytes: int
     changed: str
 
 
 def is_url(path: str) -> bool:
-    """Whether it is fsspec that knows what is there."""
+    """Whether a path needs fsspec."""
     return "://" in path
 
 
@@ -52,13 +52,13 @@ def file_system(url: str) -> tuple[Any, str]:
 
 
 def found(info: dict[str, Any]) -> Found:
-    """What a file system says of a file."""
+    """The description of a file by a file system."""
     changed = next((info[k] for k in ("ETag", "etag", "mtime", "LastModified", "created") if k in info), "")
     return Found(int(info.get("size") or 0), str(changed))
 
 
 def look(path: str) -> Found | None:
-    """The file at a path or URL, if it is there."""
+    """The file at a path or URL, if it exists."""
     if is_url(path):
         fs, inside = file_system(path)
         try:
@@ -74,12 +74,12 @@ def look(path: str) -> Found | None:
 
 
 def fetch(path: str, folder: str) -> str:
-    """A file of this machine with what is at a path or URL.
+    """A local file with the content of a path or URL.
 
     Raises
     ------
     ReadError
-        It cannot be had.
+        It is not accessible.
     """
     if not is_url(path):
         return path
@@ -93,7 +93,7 @@ def fetch(path: str, folder: str) -> str:
 
 
 def digest(path: str) -> str:
-    """SHA-256 of a file of this machine."""
+    """SHA-256 of a local file."""
     total = hashlib.sha256()
     with open(path, "rb") as file:
         while block := file.read(1 << 20):
@@ -102,7 +102,7 @@ def digest(path: str) -> str:
 
 
 class Store:
-    """A folder for results, of this machine or behind a URL. Files appear in it whole or not at all."""
+    """A folder for results, local or at a URL. Files appear in it whole or not at all."""
 
     def __init__(self, root: str) -> None:
         self.root = root.rstrip("/") or "/"
@@ -119,12 +119,12 @@ class Store:
         return f"{self._inside}/{name}"
 
     def put(self, source: str, name: str) -> None:
-        """Copies a file of this machine.
+        """Copies a local file.
 
         Raises
         ------
         WriteError
-            There is no room, or no right to.
+            There is no space or no permission.
         """
         target = self._in(name)
         part = f"{target}{PART}{uuid.uuid4().hex}"
@@ -149,7 +149,7 @@ class Store:
             raise WriteError(f"{self.path(name)}: {error}", path=self.path(name)) from error
 
     def put_text(self, text: str, name: str, folder: str) -> None:
-        """Writes text, by way of a file in a folder of this machine."""
+        """Writes text, via a local temporary file."""
         path = os.path.join(folder, f"{uuid.uuid4().hex}.text")
         with open(path, "wb") as file:
             file.write(text.encode("utf-8", "replace"))
@@ -157,12 +157,12 @@ class Store:
         os.unlink(path)
 
     def text(self, name: str) -> str | None:
-        """The content of a file, if it is there."""
+        """The content of a file, if it exists."""
         content = self.content(name)
         return None if content is None else content.decode("utf-8", "replace")
 
     def content(self, name: str) -> bytes | None:
-        """The bytes of a file, if it is there."""
+        """The bytes of a file, if it exists."""
         try:
             if self._fs is None:
                 with open(self._in(name), "rb") as file:
@@ -173,12 +173,12 @@ class Store:
             return None
 
     def bytes(self, name: str) -> int | None:
-        """The size of a file, if it is there."""
+        """The size of a file, if it exists."""
         here = look(self.path(name))
         return None if here is None else here.bytes
 
     def remove(self, name: str) -> None:
-        """Removes a file, if it is there."""
+        """Removes a file, if it exists."""
         if self._fs is None:
             _forget(self._in(name))
         else:

@@ -1,4 +1,4 @@
-"""The summary: a page that says what became of all inputs, and opens offline."""
+"""The summary: a page with the outcomes of all inputs that opens offline."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .._table import shown
 from ._record import Row
 from ._store import Store
 
-#: The most rows of a table, and the most pictures, so that the page stays one that opens.
+#: Limits on the numbers of rows and pictures, so that browsers can open the page.
 _MOST_ROWS, _MOST_PICTURES = 200, 240
 
 _STYLE = """
@@ -103,11 +103,11 @@ def _quantiles(values: Sequence[float]) -> str:
 
 
 def _histogram(values: Sequence[float]) -> str:
-    """How many values there are of each size, four steps in a factor of ten; zeros stand alone."""
+    """A logarithmic histogram with four bins per factor of ten; zeros are separate."""
     zeros = sum(value <= 0 for value in values)
     steps = Counter(math.floor(4 * math.log10(value)) for value in values if value > 0)
     first, last = (min(steps), max(steps)) if steps else (0, 0)
-    # What is smaller than a billionth of the largest stands with it.
+    # Values below a billionth of the largest are counted in one bin with it.
     first = max(first, last - 36)
     bars = [("0", zeros)] if zeros else []
     for step in range(first, last + 1) if steps else ():
@@ -167,7 +167,7 @@ def _pictures(rows: Sequence[Row], store: Store) -> list[str]:
     drawn = [row for row in rows if row["thumbnail"]]
     if not drawn:
         return []
-    # Of very many, some from everywhere.
+    # If there are very many, an even selection.
     step = math.ceil(len(drawn) / _MOST_PICTURES)
     some = drawn[::step]
     parts = []

@@ -1,4 +1,4 @@
-"""A task: one input to files and a record, on any machine."""
+"""A task: processes one input to files and a record, on any machine."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ THUMBNAIL = "thumbnail.png"
 
 @dataclass(frozen=True)
 class Task:
-    """What is done to one input; it can be pickled and called anywhere.
+    """The processing of one input; it can be pickled and called anywhere.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class Task:
     output : str
         The folder or URL for the results of all inputs.
     cores : int
-        By how many threads.
+        Number of threads.
     thumbnail : int
         Width and height of the small picture in pixels; 0 for none.
     retry_failed : bool
-        Whether what failed before is tried again.
+        Whether failed inputs are retried.
     """
 
     source: Source
@@ -60,7 +60,7 @@ class Task:
         return self.source.name
 
     def __call__(self) -> Row:
-        """Does it, unless it is done; gives the record, which says what went wrong, if anything did."""
+        """Processes the input unless it is finished; returns the record, with the failure if there is one."""
         store = Store(self.output)
         row = self.blank()
         try:
@@ -83,7 +83,7 @@ class Task:
                 work.path = self._fetched(row, folder)
             if before is not None and self._is_finished(before, row, store):
                 if before["input_changed"] != row["input_changed"]:
-                    # Touched, not changed: the next run need not read it again.
+                    # Touched but unchanged: the next run need not read it again.
                     before["input_changed"] = row["input_changed"]
                     finish(store, before, None, folder)
                 return before
@@ -111,12 +111,12 @@ class Task:
             except Exception as error:
                 failed(row, error)
         seconds["total"] = time.perf_counter() - began
-        # The record comes last: where there is one, everything that it names is there.
+        # The record is written last: if it exists, all files that it names exist.
         finish(store, row, before, folder)
         return row
 
     def blank(self) -> Row:
-        """The record of an input of which nothing is known."""
+        """An empty record."""
         return {
             "name": self.source.name,
             "input": self.source.path,
@@ -145,7 +145,7 @@ class Task:
         return path
 
     def _is_finished(self, before: Row, row: Row, store: Store) -> bool:
-        """Whether another worker has done it, or a run before of which the file was touched since."""
+        """Whether another worker has finished it, or an earlier run before the file was touched."""
         return (
             before["input_hash"] == row["input_hash"]
             and is_settled(before, self.recipe.hash, _core.VERSION, self.retry_failed)
@@ -153,7 +153,7 @@ class Task:
         )
 
     def _draw(self, work: Work, folder: str) -> bool:
-        """Draws the small picture, of the mesh as far as it came."""
+        """Draws the small picture of the last mesh."""
         mesh = getattr(work, "mesh", None)
         if not self.thumbnail or mesh is None or not mesh.face_count:
             return False
@@ -162,13 +162,13 @@ class Task:
             picture = render(mesh, size=size, smooth=mesh.face_count > 20_000, threads=self.cores)
             picture.save(os.path.join(folder, THUMBNAIL))
         except (CurvmeshError, OSError):
-            # What is no manifold has no picture.
+            # A mesh that is not a manifold has no picture.
             return False
         return True
 
 
 def finish(store: Store, row: Row, before: Row | None, folder: str) -> None:
-    """Writes the record of an input, and removes what an earlier one had besides."""
+    """Writes the record of an input, and removes further files of an earlier one."""
     name = row["name"]
     if before is not None:
         files = {output["file"] for output in before["outputs"]}
@@ -179,13 +179,13 @@ def finish(store: Store, row: Row, before: Row | None, folder: str) -> None:
     try:
         store.put_text(line(row), f"{name}/{RECORD}", folder)
     except Exception as error:
-        # Nobody will find it; so it is done again by the next run.
+        # The record is missing then, so the next run repeats the task.
         failed(row, error)
 
 
 def failed(row: Row, error: BaseException, step: int | None = None, do: str = "") -> Row:
-    """Says in a record what went wrong."""
-    # Where the machine is at fault, another try may help.
+    """Records a failure."""
+    # If the machine may be the cause, a retry may help.
     is_typed = isinstance(error, CurvmeshError)
     lasting = is_typed and not isinstance(error, (WriteError, InternalError))
     failure: Row = {
@@ -205,7 +205,7 @@ def failed(row: Row, error: BaseException, step: int | None = None, do: str = ""
 
 
 def versions() -> dict[str, str]:
-    """Of whatever results may depend on."""
+    """Versions of everything that results may depend on."""
     import numpy
 
     return {

@@ -1,4 +1,4 @@
-"""Meshes of other packages in and out, one module for each package.
+"""Conversion from and to meshes of other packages, one module for each package.
 
-A foreign mesh is recognised by its attributes, so that nothing is imported to look.
+A foreign mesh is recognised by its attributes, so that no package needs to be imported.
 """

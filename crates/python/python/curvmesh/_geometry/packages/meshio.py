@@ -12,7 +12,7 @@ from .parts import EXTRAS, extras, given, in_bytes, noted, of_vertices, put, spl
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Cells that are faces, and the number of their corners; those of higher order have more nodes.
+#: Cells that are faces, and the number of their corners; cells of higher order have more nodes.
 _FACES = {"triangle": 3, "quad": 4, "triangle6": 3, "triangle7": 3, "quad8": 4, "quad9": 4}
 
 
@@ -63,7 +63,7 @@ def of_meshio(source: Any, check: bool) -> Mesh:
 
 
 def _take_sets(mesh: Mesh, source: Any, blocks: list[int], of_faces: dict[str, Any]) -> None:
-    """Sets of cells as groups; a face belongs to the last set that it is in."""
+    """Sets of cells as groups; a face belongs to the last set that contains it."""
     import numpy as np
 
     sets = getattr(source, "cell_sets", None) or {}

@@ -1,4 +1,4 @@
-"""Meshes of Open3D, of both kinds."""
+"""Meshes of Open3D, legacy and tensor."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ def of_tensors(source: Any, check: bool) -> Mesh:
 
 def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
     """An ``open3d.geometry.TriangleMesh``; with ``tensor=True`` an ``open3d.t.geometry.TriangleMesh``, which
-    has named numbers as well.
+    also has named numbers.
 
-    A warning names what has no place in it.
+    A warning lists what it cannot store.
     """
     import numpy as np
     import open3d

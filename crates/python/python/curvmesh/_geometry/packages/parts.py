@@ -1,4 +1,4 @@
-"""Data of a mesh in the shapes that other packages have it in."""
+"""Data of a mesh in the shapes used by other packages."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from ..mesh import Data, Mesh
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: What the components of vectors are called.
+#: Suffixes of the components of vectors.
 _AXES = ("x", "y", "z")
 
-#: Names that other packages give to colours and normals.
+#: Names of colours and normals in other packages.
 _COLORS, _NORMALS = ("colors", "Colors", "RGB", "RGBA", "rgb", "rgba"), ("normals", "Normals")
 
-#: The name under which groups, materials and images travel through a package that has no place for them.
+#: The name under which groups, materials and images are stored in a mesh of a package that does not support
+#: them.
 EXTRAS = "curvmesh"
 
 
@@ -31,7 +32,7 @@ def noted(mesh: Mesh, notes: Iterable[str]) -> Mesh:
 
 
 def warn(package: str, lost: Iterable[str]) -> None:
-    """Says what a mesh of another package has no place for."""
+    """Warns of data that a mesh of another package cannot store."""
     names = list(lost)
     if names:
         warnings.warn(f"a mesh of {package} has no place for {', '.join(names)}", stacklevel=3)
@@ -62,7 +63,7 @@ def taken(data: Any, count: int, notes: list[str]) -> dict[str, NDArray[Any]]:
 
 
 def put(data: Data, columns: Mapping[str, Any], notes: list[str]) -> None:
-    """Sets columns; what a mesh cannot hold is noted."""
+    """Sets columns; data that a mesh cannot store is noted."""
     try:
         data.update(columns)
     except ArrayError:
@@ -74,7 +75,7 @@ def put(data: Data, columns: Mapping[str, Any], notes: list[str]) -> None:
 
 
 def given(data: Data) -> dict[str, NDArray[Any]]:
-    """Columns of a mesh as other packages have them: ``v_x, v_y, v_z`` are the vector ``v`` again."""
+    """Columns of a mesh for other packages: ``v_x, v_y, v_z`` become the vector ``v`` again."""
     import numpy as np
 
     columns = {name: data[name] for name in data if data[name].ndim == 1}
@@ -90,7 +91,7 @@ def given(data: Data) -> dict[str, NDArray[Any]]:
 
 
 def _components(stem: str, end: str, columns: Mapping[str, Any]) -> list[str]:
-    """The names of all components of the vector that a column is one of."""
+    """The names of all components of the vector that contains a column."""
     axes = [f"{stem}_{axis}" for axis in _AXES]
     numbers = [f"{stem}_{k}" for k in range(next((k for k in range(99) if f"{stem}_{k}" not in columns), 99))]
     if end in _AXES:
@@ -110,7 +111,7 @@ def in_bytes(colors: NDArray[Any]) -> NDArray[Any]:
 def split(mesh: Mesh) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Vertices split so that each has one texture coordinate and one normal.
 
-    Gives for each new vertex the vertex and the corner that it comes from, and the new corners.
+    Returns for each new vertex its original vertex and corner, and the new corners.
     """
     import numpy as np
 
@@ -120,7 +121,7 @@ def split(mesh: Mesh) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
         return np.arange(mesh.vertex_count), np.empty(0, np.int64), corners.copy()
     keys = np.column_stack([corners, *(mesh.corner_data[name].astype(np.float64) for name in names)])
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    # In the order of the vertices, so that a mesh without seams keeps its numbers.
+    # In the order of the vertices, so that a mesh without seams keeps its numbering.
     order = np.lexsort((first, corners[first]))
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
@@ -151,7 +152,7 @@ def extras(mesh: Mesh) -> str:
 
 
 def with_extras(mesh: Mesh, text: str) -> None:
-    """Gives a mesh the groups, materials and images that :func:`extras` wrote."""
+    """Restores the groups, materials and images written by :func:`extras`."""
     found = json.loads(text)
     mesh.groups = [(one, other) for one, other in found["groups"]]
     mesh.images = [
@@ -162,7 +163,7 @@ def with_extras(mesh: Mesh, text: str) -> None:
 
 
 def image_of(pixels: Any, name: str = "") -> dict[str, Any] | None:
-    """An image of pixels, a picture of Pillow or an array; ``None`` without Pillow."""
+    """Pixels of an image, a picture of Pillow or an array; ``None`` without Pillow."""
     import io
 
     try:
@@ -176,7 +177,7 @@ def image_of(pixels: Any, name: str = "") -> dict[str, Any] | None:
 
 
 def picture_of(mesh: Mesh, material: Mapping[str, Any]) -> Any:
-    """The texture of a material as a picture of Pillow; ``None`` where there is none."""
+    """The texture of a material as a picture of Pillow; ``None`` if there is none."""
     import io
 
     place = material["image"]
@@ -192,7 +193,7 @@ def picture_of(mesh: Mesh, material: Mapping[str, Any]) -> Any:
 
 
 def merged(meshes: Sequence[Mesh], names: Sequence[str]) -> Mesh:
-    """One mesh of several, each a group; numbers that a part does not have are NaN."""
+    """One mesh from several, each a group; numbers missing in a part are NaN."""
     import numpy as np
 
     starts = np.cumsum([0, *(mesh.vertex_count for mesh in meshes)])

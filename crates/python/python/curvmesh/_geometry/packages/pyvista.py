@@ -12,7 +12,7 @@ from .parts import EXTRAS, extras, given, in_bytes, merged, noted, of_vertices, 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: What VTK's filters add to the data of the surface of a volume.
+#: Data that VTK's filters add to the surface of a volume.
 _OF_FILTERS = ("vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType")
 
 
@@ -39,13 +39,13 @@ def of_pyvista(source: Any, check: bool) -> Mesh:
     import numpy as np
 
     notes: list[str] = []
-    # The surface of a grid has the corners of each cell by themselves.
+    # The surface of a grid has separate corners for each cell.
     is_grid = not hasattr(source, "faces") and not hasattr(source, "celltypes")
     if not hasattr(source, "faces"):
         if source.n_cells and any(kind not in (3, 5, 6, 7, 8, 9) for kind in np.unique(_cell_types(source))):
             notes.append("cells that are no polygons were replaced by their surface")
         with warnings.catch_warnings():
-            # Newer versions want the algorithm named, which older ones do not know.
+            # Newer versions require the name of the algorithm, which older ones do not know.
             warnings.simplefilter("ignore")
             source = source.extract_surface(pass_pointid=False, pass_cellid=False)
     corners, ends, cells, lost = _faces(source)
@@ -106,7 +106,7 @@ def _faces(source: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], int]:
 
 
 def _unpadded(padded: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Corners and ends of faces, of a list where the number of corners precedes each face."""
+    """Corners and ends of faces, from a list in which the number of corners precedes each face."""
     import numpy as np
 
     padded = padded.astype(np.int64)

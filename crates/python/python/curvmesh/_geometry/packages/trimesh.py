@@ -158,7 +158,7 @@ def to_trimesh(mesh: Mesh) -> Any:
     for name, values in given(mesh.face_data).items():
         made.face_attributes[name] = values
     if kinds == ["texture"] or mesh.groups or mesh.materials:
-        # Without it, the material that trimesh makes up for texture coordinates would come back.
+        # Otherwise the default material that trimesh makes for texture coordinates would be read back.
         made.metadata[EXTRAS] = extras(mesh)
         made.metadata["groups"] = np.array(["/".join(filter(None, group)) for group in mesh.groups])
     return made
