@@ -3,6 +3,7 @@
 use clap::{Parser, Subcommand};
 
 use crate::args::Common;
+use crate::commands::compare::Compare;
 use crate::commands::completions::Completions;
 use crate::commands::convert::Convert;
 use crate::commands::curvature::Curvature;
@@ -45,6 +46,7 @@ pub(crate) enum Command {
     Simplify(Box<Simplify>),
     Lod(Box<Lod>),
     Distance(Distance),
+    Compare(Compare),
     Subdivide(Subdivide),
     Repair(Repair),
     View(Box<View>),

@@ -36,8 +36,8 @@ use clap::{CommandFactory, FromArgMatches};
 
 use arguments::{Arguments, Command};
 use commands::{
-    completions, convert, curvature, distance, flip, info, lod, man, patch, region, render, repair,
-    simplify, subdivide, view as view_command,
+    compare, completions, convert, curvature, distance, flip, info, lod, man, patch, region,
+    render, repair, simplify, subdivide, view as view_command,
 };
 use console::Console;
 use failure::Failure;
@@ -117,6 +117,7 @@ fn run(arguments: Arguments, session: &Session) -> Result<Outcome, Failure> {
         Command::Simplify(options) => simplify::run(&options, session),
         Command::Lod(options) => lod::run(&options, session.on_one_thing()?),
         Command::Distance(options) => distance::run(&options, session.on_one_thing()?),
+        Command::Compare(options) => compare::run(&options, session.on_one_thing()?),
         Command::Subdivide(options) => subdivide::run(&options, session),
         Command::Repair(options) => repair::run(&options, session),
         Command::View(options) => view_command::run(&options, session.on_one_thing()?),

@@ -4,6 +4,7 @@ mod attributes;
 mod book;
 mod commands;
 mod common;
+mod compare;
 mod counts;
 mod faults;
 mod interrupt;

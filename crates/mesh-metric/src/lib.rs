@@ -7,6 +7,7 @@ mod distance_bounds;
 mod early_split;
 mod farthest;
 mod hausdorff;
+mod normal_deviation;
 mod packet_traversal;
 mod polygon_clipping;
 mod sampling;
@@ -25,6 +26,7 @@ pub use hausdorff::{
 pub use mesh_core::closest_point::{
     Foot, NoFoot, closest_on_triangle, foot_inside, weights_of_closest,
 };
+pub use normal_deviation::normal_deviation;
 pub use sampling::{SampleStream, SurfaceSample, area_of, sample_surface};
 pub use signed_distance::SignedDistance;
 pub use surface::{ClosestPoint, Surface, SurfaceError};

@@ -1,5 +1,6 @@
 //! One file or folder per command. A command uses shared modules, and no other command.
 
+pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod convert;
 pub(crate) mod curvature;

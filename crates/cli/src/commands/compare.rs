@@ -1,0 +1,213 @@
+//! `curvmesh compare`: versions of a surface, measured against one reference.
+
+use std::path::{Path, PathBuf};
+
+use mesh_io::Model;
+use mesh_metric::{
+    CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds, normal_deviation,
+};
+use mesh_view::Page;
+use serde::Serialize;
+
+use crate::args::{is_standard, parse_count};
+use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::{Loading, Seconds};
+use crate::session::{Outcome, Session};
+use crate::task::Report;
+use crate::text::printable;
+use crate::view::{self, Look, name_of};
+use mesh_work::{Length, parse_length};
+
+/// Compare versions of a surface with the original, in one table and on one page
+///
+/// Each file gets a row: its faces, its mean, root mean square and largest distance from the
+/// reference (both directions, in % of the diagonal of the reference), and the mean angle between
+/// normals. No surface need be a manifold.
+///
+///     curvmesh compare scan.ply small.ply smaller.ply
+///     curvmesh compare scan.ply ours.ply theirs.ply --exact 0.01% --view compare.html
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Compare {
+    /// The reference, for example the original; `-` is the standard input
+    #[arg(value_name = "REF")]
+    reference: PathBuf,
+    /// The surfaces to compare with it
+    #[arg(value_name = "FILE", required = true)]
+    others: Vec<PathBuf>,
+    /// Samples in each direction, uniform by area
+    #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = |text: &str| parse_count(text, 1..=MOST_SAMPLES))]
+    samples: usize,
+    /// Also prove an upper bound of the Hausdorff distance, at most this much above a lower bound;
+    /// shares are of the diagonal of the reference
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    exact: Option<Length>,
+    /// Where the random numbers of the samples start
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    colors: ColorOptions,
+    #[command(flatten)]
+    loading: Loading,
+    #[command(flatten)]
+    look: Look,
+}
+
+/// All samples are in memory.
+const MOST_SAMPLES: usize = 20_000_000;
+
+#[derive(Serialize)]
+struct Results {
+    bbox_diagonal: f64,
+    samples: usize,
+    files: Vec<Row>,
+}
+
+/// A file against the reference; distances in model units.
+#[derive(Serialize)]
+struct Row {
+    file: String,
+    vertices: usize,
+    faces: usize,
+    mean: f64,
+    rms: f64,
+    max: f64,
+    /// In degrees; null if a surface has no area.
+    normal_deviation: Option<f64>,
+    /// A proved upper bound of the Hausdorff distance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    proved_max: Option<f64>,
+}
+
+/// A file that was read.
+struct Version<'a> {
+    path: &'a Path,
+    model: Model,
+    surface: Surface,
+}
+
+pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failure> {
+    let Compare { reference, others, loading, look, .. } = options;
+    if !look.is_wanted() {
+        session.given.refuse(&COLOR_OPTIONS, "without --view nothing is coloured")?;
+    }
+    if [reference].into_iter().chain(others).filter(|path| is_standard(path)).count() > 1 {
+        return Err(Failure::usage("the standard input `-` can be one of the files only"));
+    }
+    let console = &session.console;
+    let mut seconds = Seconds::default();
+    let mut read =
+        |path| Seconds::time(&mut seconds.load, || Version::read(path, loading, console));
+    let original = read(reference)?;
+    let versions = others.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let diagonal = original.surface.bounding_box().diagonal();
+    let exact = options.exact.map(|length| length.in_units(loading.relative, || Some(diagonal)));
+    let exact = exact.transpose().map_err(Failure::refused)?;
+    let spinner = console.spinner("measuring");
+    let files = Seconds::time(&mut seconds.compute, || {
+        versions.iter().map(|version| version.row(&original.surface, exact, options)).collect()
+    });
+    spinner.finish_and_clear();
+    let results = Results { bbox_diagonal: diagonal, samples: options.samples, files };
+    let counts = original.counts();
+    let report = Report::new(console, reference, counts, results, seconds);
+    if look.is_wanted() {
+        look.write(page(options, &original, &versions)?, &report, console)?;
+    }
+    report.done(console, table(&original, &report.results), String::new())?.print(console)?;
+    Ok(Outcome::Done)
+}
+
+impl<'a> Version<'a> {
+    fn read(path: &'a Path, loading: &Loading, console: &Console) -> Result<Self, Failure> {
+        let model = loading.content(path, console)?;
+        let surface = mesh_work::surface(&model.soup);
+        let failed = |source| Failure::Surface { path: path.to_owned(), source: Box::new(source) };
+        Ok(Self { path, surface: surface.map_err(failed)?, model })
+    }
+
+    fn counts(&self) -> [usize; 2] {
+        [self.model.soup.vertex_count(), self.model.soup.face_count()]
+    }
+
+    fn row(&self, original: &Surface, exact: Option<f64>, options: &Compare) -> Row {
+        let &Compare { samples, seed, .. } = options;
+        let sampling = CompareOptions { samples, seed, ..CompareOptions::default() };
+        let found = compare(&self.surface, original, &sampling);
+        let angle = normal_deviation(&self.surface, original, samples, seed).to_degrees();
+        let proved_max = exact.map(|tolerance| {
+            let certify = CertifyOptions { tolerance, ..CertifyOptions::default() };
+            hausdorff_bounds(&self.surface, original, &certify).upper
+        });
+        let [vertices, faces] = self.counts();
+        Row {
+            file: self.path.display().to_string(),
+            vertices,
+            faces,
+            mean: found.mean(),
+            rms: found.rms(),
+            max: found.hausdorff(),
+            normal_deviation: angle.is_finite().then_some(angle),
+            proved_max,
+        }
+    }
+}
+
+/// All surfaces, the reference first, coloured by the distance from it.
+fn page(
+    options: &Compare,
+    original: &Version<'_>,
+    others: &[Version<'_>],
+) -> Result<Page, Failure> {
+    let mut exhibits = Vec::new();
+    for version in [original].into_iter().chain(others) {
+        let name = name_of(version.path);
+        let mut exhibit = view::content(&name, version.path, &version.model, &options.loading)?;
+        exhibit.fields.retain(|field| field.name != "distance");
+        exhibit.fields.insert(0, view::distance_field(&exhibit, &original.surface));
+        exhibits.push(exhibit);
+    }
+    let title = format!("{}: versions compared", name_of(original.path));
+    let mut page = Page::new(title, exhibits);
+    page.start.color = Some("vertex:distance".into());
+    page.start.map = options.colors.colormap;
+    page.start.range = options.colors.given_range();
+    Ok(page)
+}
+
+fn table(original: &Version<'_>, found: &Results) -> String {
+    let percent = |distance: f64| {
+        let share = 100.0 * distance / found.bbox_diagonal.max(f64::MIN_POSITIVE);
+        format!("{share:.4}")
+    };
+    let is_proved = found.files.iter().any(|row| row.proved_max.is_some());
+    let mut rows =
+        vec![["file", "faces", "mean %", "rms %", "max %", "normals"].map(str::to_owned).to_vec()];
+    rows[0].extend(is_proved.then(|| "proved max %".to_owned()));
+    for row in &found.files {
+        let angle =
+            row.normal_deviation.map_or("unknown".into(), |angle| format!("{angle:.2}\u{b0}"));
+        let [mean, rms, max] = [row.mean, row.rms, row.max].map(percent);
+        let mut cells = vec![printable(&row.file), row.faces.to_string(), mean, rms, max, angle];
+        cells.extend(row.proved_max.map(percent));
+        rows.push(cells);
+    }
+    let widths: Vec<usize> = (0..rows[0].len())
+        .map(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0))
+        .collect();
+    let mut text = format!(
+        "{}: {} faces; distances are in % of its diagonal\n",
+        printable(original.path.display()),
+        original.counts()[1]
+    );
+    for row in &rows {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| {
+            if column == 0 { format!("  {cell:width$}") } else { format!("  {cell:>width$}") }
+        });
+        text += cells.collect::<String>().trim_end();
+        text.push('\n');
+    }
+    text.trim_end().to_owned()
+}
