@@ -98,12 +98,14 @@ pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failu
     }
     let console = &session.console;
     let mut seconds = Seconds::default();
-    let mut read =
-        |path| Seconds::time(&mut seconds.load, || Version::read(path, loading, console));
-    let original = read(reference)?;
-    let versions = others.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let original = Seconds::time(&mut seconds.load, || Version::read(reference, loading, console))?;
+    let versions: Result<Vec<_>, _> = Seconds::time(&mut seconds.load, || {
+        others.iter().map(|path| Version::read(path, loading, console)).collect()
+    });
+    let versions = versions?;
     let diagonal = original.surface.bounding_box().diagonal();
-    let exact = options.exact.map(|length| length.in_units(loading.relative, || Some(diagonal)));
+    let size = || mesh_work::diagonal(Some(diagonal));
+    let exact = options.exact.map(|length| length.in_units(loading.relative, size));
     let exact = exact.transpose().map_err(Failure::refused)?;
     let spinner = console.spinner("measuring");
     let files = Seconds::time(&mut seconds.compute, || {
