@@ -22,6 +22,15 @@ pub enum Norm {
     L2,
 }
 
+impl Norm {
+    pub(super) fn measure(self) -> Measure {
+        match self {
+            Self::L1 => Measure::AbsSum,
+            Self::L2 => Measure::SquaredSum,
+        }
+    }
+}
+
 /// By how much a collapse changes the discrete curvature norm of the mesh: the absolute difference
 /// before and after (KKL02 section 3.2). Curvatures are pointwise, with a third of the adjacent
 /// faces as the area of a vertex.
@@ -39,9 +48,20 @@ impl CurvatureNorm {
     /// The cost with this norm.
     #[must_use]
     pub fn new(norm: Norm) -> Self {
+        Self { change: CurvatureChange::new(norm.measure()) }
+    }
+
+    /// The cost with this norm, with unsigned dihedral angles: H of a vertex is the sum of
+    /// |e| |beta| / 4 over its edges, divided by its area.
+    ///
+    /// KKL02 section 2.1 defines beta as "the angle between the normals of the adjacent triangles",
+    /// which allows both readings. [`CurvatureNorm::new`] gives beta a sign, as DHKL01 does, from
+    /// which the curvatures are taken.
+    #[must_use]
+    pub fn unsigned(norm: Norm) -> Self {
         let measure = match norm {
-            Norm::L1 => Measure::AbsSum,
-            Norm::L2 => Measure::SquaredSum,
+            Norm::L1 => Measure::UnsignedAbsSum,
+            Norm::L2 => Measure::UnsignedSquaredSum,
         };
         Self { change: CurvatureChange::new(measure) }
     }
