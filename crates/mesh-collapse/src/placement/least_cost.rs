@@ -16,14 +16,17 @@ use crate::policy::{Needs, Policy};
 /// The cost is not smooth, so derivatives are of no use. The best of the butterfly point, the
 /// midpoint and the two ends is the start of a compass search: if one of the six axis-parallel steps
 /// lowers the cost, the best of them is made; otherwise steps are halved. They begin at a quarter of
-/// the edge and end below a hundredth of it. Of equal costs, the first position stays. A search
-/// evaluates the cost about fifty times.
+/// the edge and end below a hundredth of it, and stay in the ball that has the edge as diameter: far away
+/// there are other positions that hardly change the norm and are of no use. Of equal costs, the first
+/// position stays. A search evaluates the cost about fifty times.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeastCost;
 
 /// The first and the last step, in lengths of the edge.
 const FIRST_STEP: f64 = 0.25;
 const LAST_STEP: f64 = 0.01;
+/// The largest distance from the middle of the edge that a step may lead to, in lengths of the edge.
+const FARTHEST: f64 = 0.5;
 /// Steps of one search at most.
 const STEPS: usize = 24;
 
@@ -55,6 +58,9 @@ impl Placement for LeastCost {
             let start = at;
             for direction in DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
                 let x = start + step * direction;
+                if x.length() > FARTHEST * length {
+                    continue;
+                }
                 let value = cost(x);
                 if value < least {
                     (at, least) = (x, value);
@@ -90,6 +96,10 @@ mod tests {
             let found =
                 patch.offset(LeastCost.place(&patch, None, &mut |x| 1.0 + x.distance(bottom)));
             assert!(found.distance(bottom) < 0.03 * length, "{found} {bottom} {length}");
+            let away = &mut |x: DVec3| 1.0 / (1.0 + x.length());
+            let start = patch.offset(ButterflyPoint.place(&patch, None, away)).length();
+            let farthest = start.max(0.5 * length) * (1.0 + 1e-9);
+            assert!(patch.offset(LeastCost.place(&patch, None, away)).length() <= farthest);
             let flat = LeastCost.place(&patch, None, &mut |_| 1.0);
             let butterfly = ButterflyPoint.place(&patch, None, &mut |_| 1.0);
             assert_eq!(patch.offset(flat), patch.offset(butterfly));
