@@ -22,12 +22,12 @@ fn meshes() -> Vec<(String, TriMesh, usize)> {
 fn collapses(criterion: &mut Criterion) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let meshes = meshes();
-    for preset in [Preset::Draft, Preset::Fast, Preset::Default, Preset::PaperL1] {
+    for preset in [Preset::Draft, Preset::Fast, Preset::Default, Preset::PaperL1Guarded] {
         let mut group = criterion.benchmark_group(format!("simplify {preset}"));
         group.sample_size(10);
         for (name, mesh, faces) in &meshes {
             // Each of ten samples would take minutes.
-            if preset == Preset::PaperL1 && mesh.topology().face_count() > 500_000 {
+            if preset == Preset::PaperL1Guarded && mesh.topology().face_count() > 500_000 {
                 continue;
             }
             let options = Options::preset(preset).to_faces(*faces);

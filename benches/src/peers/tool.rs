@@ -74,7 +74,7 @@ impl Tool {
     pub(super) fn is_usual(&self) -> bool {
         match self {
             Self::Ours(preset) | Self::OursProved(preset) => {
-                !matches!(preset, Preset::Extreme | Preset::PaperL1 | Preset::PaperL2)
+                *preset != Preset::Extreme && !preset.name().starts_with("paper")
             }
             _ => true,
         }

@@ -117,7 +117,8 @@ pub(crate) struct Policy {
     /// - quality:       a long fit, reduction of the largest errors, some redistributed faces
     /// - extreme:       as quality, then simulated annealing; many times slower
     /// - thin-features: as default, with a large weight of curvature, which keeps thin parts
-    /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002
+    /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002, as published; faces may fold
+    /// - paper-l1-guarded, paper-l2-guarded: the same, but no face folds or becomes a sliver
     #[arg(
         long, value_name = "PRESET", default_value_t, verbatim_doc_comment,
         value_parser = |s: &str| s.parse::<Preset>(),
@@ -173,6 +174,8 @@ enum PlacementName {
     Midpoint,
     /// The point of butterfly subdivision
     Butterfly,
+    /// The position that changes the curvature norm least, by a slow search; needs a preset paper-...
+    CurvatureOptimal,
 }
 
 impl From<PlacementName> for PlacementRule {
@@ -183,6 +186,7 @@ impl From<PlacementName> for PlacementRule {
             PlacementName::Endpoint => Self::Endpoint,
             PlacementName::Midpoint => Self::Midpoint,
             PlacementName::Butterfly => Self::Butterfly,
+            PlacementName::CurvatureOptimal => Self::CurvatureOptimal,
         }
     }
 }

@@ -18,14 +18,14 @@ pub use constraint::{
 };
 pub use cost::{Cost, CostModifier, GarlandHeckbert, Hybrid, Memoryless, Reach};
 #[cfg(feature = "curvature")]
-pub use cost::{CurvatureFactor, CurvatureNorm, Norm};
+pub use cost::{CurvatureFactor, CurvatureNorm, CurvatureTerm, Norm};
 pub use engine::edge_collapse::{cheapest_edges, collapse_edges, collapse_edges_from};
 pub use engine::start::Start;
 pub use geometry::edge_patch::{Collapse, EdgePatch, PatchFace, Place};
 pub use geometry::new_intersections::{ChangedFace, NewIntersections};
 pub use geometry::quadric::Quadric;
 pub use geometry::symmetric::{Factors, Symmetric3};
-pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
+pub use placement::{BestEndpoint, ButterflyPoint, LeastCost, Midpoint, Optimal, Placement};
 pub use policies::{Policies, Schedule};
 pub use policy::{Needs, Policy, Scratch};
 pub use protect::{Boundary, Protect, Protected};

@@ -27,6 +27,7 @@ const PLACEMENTS: &[(&str, PlacementRule)] = &[
     ("endpoint", PlacementRule::Endpoint),
     ("midpoint", PlacementRule::Midpoint),
     ("butterfly", PlacementRule::Butterfly),
+    ("curvature-optimal", PlacementRule::CurvatureOptimal),
 ];
 
 const NORMS: &[(&str, FitNorm)] =

@@ -4,8 +4,8 @@ use core::ops::ControlFlow;
 
 use mesh_collapse::{
     BestEndpoint, ButterflyPoint, Cost, CostModifier, CurvatureFactor, CurvatureNorm,
-    GarlandHeckbert, Hybrid, Memoryless, Midpoint, Norm, Optimal, Placement, Policies, Progress,
-    Quadric, Run, Start, collapse_edges_from,
+    GarlandHeckbert, Hybrid, LeastCost, Memoryless, Midpoint, Norm, Optimal, Placement, Policies,
+    Progress, Quadric, Run, Start, collapse_edges_from,
 };
 use mesh_core::TriMesh;
 use mesh_refine::AttributeDeviation;
@@ -76,6 +76,7 @@ impl PlacementRule {
             Self::Endpoint => Box::new(BestEndpoint),
             Self::Midpoint => Box::new(Midpoint),
             Self::Butterfly => Box::new(ButterflyPoint),
+            Self::CurvatureOptimal => Box::new(LeastCost),
             Self::Custom => return None,
         })
     }
@@ -99,6 +100,9 @@ fn with_cost(
         PlacementRule::Endpoint => with_both(cost, BestEndpoint, mesh, start, options, observe),
         PlacementRule::Midpoint => with_both(cost, Midpoint, mesh, start, options, observe),
         PlacementRule::Butterfly => with_both(cost, ButterflyPoint, mesh, start, options, observe),
+        PlacementRule::CurvatureOptimal => {
+            with_both(cost, LeastCost, mesh, start, options, observe)
+        }
     }
 }
 

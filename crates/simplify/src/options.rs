@@ -166,6 +166,10 @@ pub enum PlacementRule {
     Midpoint,
     /// [`ButterflyPoint`](crate::ButterflyPoint).
     Butterfly,
+    /// [`LeastCost`](crate::LeastCost): the position that changes the curvature norm least, found by a search. Needs
+    /// [`Metric::CurvatureL1`] or [`Metric::CurvatureL2`]. About fifty times as slow as
+    /// [`PlacementRule::Butterfly`].
+    CurvatureOptimal,
     /// The placement of the policies that [`simplify_with`](crate::simplify_with) is given; see [`Options::custom`].
     Custom,
 }
@@ -298,6 +302,14 @@ impl Options {
         let decimate = tolerance.decimate.then_some("tolerance.decimate");
         let factor = (cost.curvature_weight > 0.0).then_some("cost.curvature_weight");
         conflict(factor, norm, "set it to 0")?;
+        let by_norm = (self.placement == PlacementRule::CurvatureOptimal)
+            .then_some("placement = CurvatureOptimal");
+        let no_norm = (!cost.metric.is_norm()).then_some("cost.metric, which is no curvature norm");
+        conflict(
+            by_norm,
+            no_norm,
+            "choose a curvature norm (presets paper-l1, paper-l2), or another placement",
+        )?;
         let corners = attributes.counting().map(|_| "attributes.corners");
         conflict(corners, norm, "choose another metric, or no attributes")?;
         let no_fit = (!refine.fit).then_some("refine.fit = false");

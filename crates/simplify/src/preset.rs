@@ -30,10 +30,16 @@ pub enum Preset {
     /// As the default, with a curvature factor of full weight: lower maximum on thin parts for a
     /// little more mean.
     ThinFeatures,
-    /// The curvature norm KKL02 eq. 1 with butterfly placement, as published.
+    /// The curvature norm KKL02 eq. 1 with butterfly placement, as published: areas are a third of the adjacent faces,
+    /// and every collapse is allowed that keeps the mesh manifold. Faces may fold and become slivers.
     PaperL1,
-    /// The curvature norm KKL02 eq. 2 with butterfly placement, as published.
+    /// As [`Preset::PaperL1`], with the norm KKL02 eq. 2.
     PaperL2,
+    /// As [`Preset::PaperL1`], with the constraints of the other presets, which are not in the paper: no collapse turns
+    /// a face over or leaves a sliver.
+    PaperL1Guarded,
+    /// As [`Preset::PaperL1Guarded`], with the norm KKL02 eq. 2.
+    PaperL2Guarded,
 }
 
 impl Preset {
@@ -47,6 +53,8 @@ impl Preset {
         Self::ThinFeatures,
         Self::PaperL1,
         Self::PaperL2,
+        Self::PaperL1Guarded,
+        Self::PaperL2Guarded,
     ];
 
     /// The name, as [`FromStr`] takes it.
@@ -61,6 +69,8 @@ impl Preset {
             Self::ThinFeatures => "thin-features",
             Self::PaperL1 => "paper-l1",
             Self::PaperL2 => "paper-l2",
+            Self::PaperL1Guarded => "paper-l1-guarded",
+            Self::PaperL2Guarded => "paper-l2-guarded",
         }
     }
 }
@@ -74,7 +84,8 @@ impl fmt::Display for Preset {
 /// A name that is no preset.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no preset {0:?}; there are draft, fast, default, quality, extreme, thin-features, paper-l1, paper-l2"
+    "there is no preset {0:?}; there are draft, fast, default, quality, extreme, thin-features, paper-l1, paper-l2, \
+     paper-l1-guarded, paper-l2-guarded"
 )]
 pub struct UnknownPreset(pub String);
 
@@ -134,13 +145,15 @@ impl Options {
             Preset::ThinFeatures => {
                 Self { cost: CostOptions { curvature_weight: 1.0, ..careful }, ..plain }
             }
-            Preset::PaperL1 => plain.published(Metric::CurvatureL1),
-            Preset::PaperL2 => plain.published(Metric::CurvatureL2),
+            Preset::PaperL1 => plain.norm(Metric::CurvatureL1).unguarded(),
+            Preset::PaperL2 => plain.norm(Metric::CurvatureL2).unguarded(),
+            Preset::PaperL1Guarded => plain.norm(Metric::CurvatureL1),
+            Preset::PaperL2Guarded => plain.norm(Metric::CurvatureL2),
         }
     }
 
     /// As in KKL02: a norm, the butterfly point, and all costs up to date.
-    fn published(self, metric: Metric) -> Self {
+    fn norm(self, metric: Metric) -> Self {
         Self {
             cost: CostOptions {
                 metric,
@@ -152,6 +165,13 @@ impl Options {
             refine: RefineOptions::none(),
             ..self
         }
+    }
+
+    /// Without constraints on faces, of which KKL02 has none. (The quadrics of the boundary have no part in a norm.)
+    fn unguarded(mut self) -> Self {
+        self.protect.min_cosine = None;
+        self.protect.min_shape = None;
+        self
     }
 }
 

@@ -6,7 +6,8 @@
 use crate::common::model;
 use mesh_core::TriMesh;
 use mesh_metric::{CompareOptions, Surface, compare};
-use simplify::{Metric, Options, PlacementRule, Preset, simplify};
+use mesh_shapes::{Irregular, Torus};
+use simplify::{Metric, Options, PlacementRule, Preset, Rejection, simplify};
 
 /// The mean error of a preset.
 fn mean(mesh: &TriMesh, original: &Surface, preset: Preset, faces: usize) -> f64 {
@@ -95,5 +96,24 @@ fn the_largest_error_is_not_above_that_of_plain_quadrics() {
             compare(&original, &surface, &samples).hausdorff()
         });
         assert!(ours <= theirs, "{min_component_vertices:?}: {ours}, above {theirs}");
+    }
+}
+
+/// KKL02 has no rule on faces: the presets of its norms reject none, the guarded ones do.
+#[test]
+fn the_norms_of_the_paper_have_no_constraint_on_faces() {
+    let torus = Torus { major: 2.0, minor: 0.8 };
+    let soup = torus.irregular_mesh(40, 20, Irregular::default()).unwrap();
+    let mesh = TriMesh::from_soup(&soup).unwrap();
+    let pairs =
+        [(Preset::PaperL1, Preset::PaperL1Guarded), (Preset::PaperL2, Preset::PaperL2Guarded)];
+    for (published, guarded) in pairs {
+        let rejected = |preset: Preset| {
+            let result = simplify(&mesh, &Options::preset(preset).to_faces(100)).unwrap();
+            let by = |reason| result.rejections.of(reason);
+            by(Rejection::NormalTurn) + by(Rejection::Sliver)
+        };
+        assert_eq!(rejected(published), 0, "{published}");
+        assert!(rejected(guarded) > 0, "{guarded}: the constraints do nothing here");
     }
 }

@@ -248,7 +248,16 @@ fn simplify() -> Vec<Job> {
         Job::new("simplify", what, &options).builds(file, faces())
     };
     let mut jobs = Vec::new();
-    for preset in ["draft", "fast", "default", "quality", "thin-features", "paper-l1", "paper-l2"] {
+    for preset in [
+        "draft",
+        "fast",
+        "default",
+        "quality",
+        "thin-features",
+        "paper-l1",
+        "paper-l2",
+        "paper-l1-guarded",
+    ] {
         jobs.push(job(preset, "m.ply", &format!("--ratio 0.3 --preset {preset}")));
     }
     for placement in ["optimal-volume", "optimal", "endpoint", "midpoint", "butterfly"] {
@@ -256,6 +265,12 @@ fn simplify() -> Vec<Job> {
         jobs.push(job(placement, "m.off", &options));
     }
     jobs.extend([
+        job(
+            "curvature-optimal",
+            "m.off",
+            "--ratio 0.5 --preset paper-l1 --placement curvature-optimal",
+        )
+        .long(),
         Job::new("simplify", "strict", "-o {out}/m.ply --ratio 0.3").builds("m.ply", faces()),
         job("extreme", "m.ply", "--ratio 0.1 --preset extreme --anneal-time 10").long(),
         job("repeated", "m.obj", "--ratio 0.2").repeated(),

@@ -21,8 +21,18 @@ pub enum Norm {
     L2,
 }
 
-/// The change of the discrete curvature norm of the mesh by a collapse: the absolute difference between before and
-/// after (KKL02 section 3.2). Curvatures are pointwise; the area of a vertex is a third of the adjacent faces.
+impl Norm {
+    pub(super) fn measure(self) -> Measure {
+        match self {
+            Self::L1 => Measure::AbsSum,
+            Self::L2 => Measure::SquaredSum,
+        }
+    }
+}
+
+/// By how much a collapse changes the discrete curvature norm of the mesh: the absolute difference
+/// before and after (KKL02 section 3.2). Curvatures are pointwise, with a third of the adjacent
+/// faces as the area of a vertex.
 ///
 /// A collapse changes the curvature of the neighbours of its vertex. As published, it updates the costs of the edges
 /// from these neighbours to their neighbours. The costs of some edges beyond change too, where a neighbour lies
@@ -36,9 +46,20 @@ impl CurvatureNorm {
     /// The cost with this norm.
     #[must_use]
     pub fn new(norm: Norm) -> Self {
+        Self { change: CurvatureChange::new(norm.measure()) }
+    }
+
+    /// The cost with this norm, with unsigned dihedral angles: H of a vertex is the sum of
+    /// |e| |beta| / 4 over its edges, divided by its area.
+    ///
+    /// KKL02 section 2.1 defines beta as "the angle between the normals of the adjacent triangles",
+    /// which allows both readings. [`CurvatureNorm::new`] gives beta a sign, as DHKL01 does, from
+    /// which the curvatures are taken.
+    #[must_use]
+    pub fn unsigned(norm: Norm) -> Self {
         let measure = match norm {
-            Norm::L1 => Measure::AbsSum,
-            Norm::L2 => Measure::SquaredSum,
+            Norm::L1 => Measure::UnsignedAbsSum,
+            Norm::L2 => Measure::UnsignedSquaredSum,
         };
         Self { change: CurvatureChange::new(measure) }
     }

@@ -10,6 +10,8 @@ mod curvature_change;
 mod curvature_factor;
 #[cfg(feature = "curvature")]
 mod curvature_norm;
+#[cfg(feature = "curvature")]
+mod curvature_term;
 pub(crate) mod garland_heckbert;
 mod hybrid;
 mod memoryless;
@@ -19,6 +21,8 @@ pub use cost_modifier::CostModifier;
 pub use curvature_factor::CurvatureFactor;
 #[cfg(feature = "curvature")]
 pub use curvature_norm::{CurvatureNorm, Norm};
+#[cfg(feature = "curvature")]
+pub use curvature_term::CurvatureTerm;
 pub use garland_heckbert::GarlandHeckbert;
 pub use hybrid::Hybrid;
 pub use memoryless::Memoryless;

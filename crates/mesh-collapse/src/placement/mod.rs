@@ -2,11 +2,13 @@
 
 mod butterfly;
 mod endpoint;
+mod least_cost;
 mod midpoint;
 mod optimal;
 
 pub use butterfly::ButterflyPoint;
 pub use endpoint::BestEndpoint;
+pub use least_cost::LeastCost;
 pub use midpoint::Midpoint;
 pub use optimal::Optimal;
 

@@ -19,14 +19,27 @@ if TYPE_CHECKING:
 Length = Union[float, str]
 
 Preset = Literal[
-    "draft", "fast", "default", "quality", "extreme", "thin-features", "paper-l1", "paper-l2"
+    "draft",
+    "fast",
+    "default",
+    "quality",
+    "extreme",
+    "thin-features",
+    "paper-l1",
+    "paper-l2",
+    "paper-l1-guarded",
+    "paper-l2-guarded",
 ]
-Placement = Literal["optimal-volume", "optimal", "endpoint", "midpoint", "butterfly"]
+Placement = Literal[
+    "optimal-volume", "optimal", "endpoint", "midpoint", "butterfly", "curvature-optimal"
+]
 Norm = Literal["l1", "l2", "max"]
 Estimator = Literal["vertex", "face", "fit", "ball"]
 Area = Literal["voronoi", "barycentric"]
 Sections = Literal["robust", "paper"]
-FlipCost = Literal["f1", "f2", "f3", "gauss", "area", "delaunay", "willmore", "willmore-potential"]
+FlipCost = Literal[
+    "f1", "f2", "f3", "gauss", "gauss-extrinsic", "area", "delaunay", "willmore", "willmore-potential"
+]
 Outline = Literal["best", "circle", "ellipse", "sagitta"]
 CoverMethod = Literal["best", "greedy", "sequential"]
 Format = Literal["obj", "ply", "stl", "off", "gltf", "glb"]

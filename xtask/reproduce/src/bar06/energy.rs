@@ -1,6 +1,11 @@
 //! Sec. 2 and 3: the properties of the Willmore energy that the paper builds on.
 
-use dcurv::{VertexArea, intersection_angle, total_willmore_energy, willmore_energies};
+use core::f64::consts::PI;
+
+use dcurv::{
+    Integral, VertexArea, edge_mean_curvatures, intersection_angle, total_willmore_energy,
+    willmore_energies,
+};
 use dtri_flip::{CostName, FlipOptions};
 use glam::DVec3;
 use mesh_core::SplitMix64;
@@ -29,6 +34,7 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     add_sign(item)?;
     add_flipped_angle(item);
+    add_edge_curvature(item)?;
     add_invariance(item)
 }
 
@@ -75,6 +81,59 @@ fn add_flipped_angle(item: &mut Item) {
     );
 }
 
+/// M(e) = theta |e| against the integral of mean curvature, which is 4 pi r for a sphere and 2 pi² R for a
+/// torus.
+fn add_edge_curvature(item: &mut Item) -> Result<(), Failure> {
+    let sphere = mesh_of(&Sphere { radius: 3.0 }.icosphere(5).map_err(Failure::mesh)?)?;
+    let torus = Torus { major: 5.0, minor: 2.0 };
+    let torus = mesh_of(&torus.mesh(240, 96).map_err(Failure::mesh)?)?;
+    let ratios = [(&sphere, 4.0 * PI * 3.0), (&torus, 2.0 * PI * PI * 5.0)]
+        .map(|(mesh, integral)| total_edge_curvature(mesh) / integral);
+    let mean = |mesh: &TriMesh| {
+        edge_mean_curvatures(mesh).iter().filter_map(|(_, m)| *m).map(Integral::value).sum::<f64>()
+    };
+    let factors = [&sphere, &torus].map(|mesh| total_edge_curvature(mesh) / mean(mesh));
+    item.number("sphere, sum of M(e) over the integral of H", ratios[0]);
+    item.number("torus, sum of M(e) over the integral of H", ratios[1]);
+    item.number("sphere, sum of M(e) over that of dcurv", factors[0]);
+    item.number("torus, sum of M(e) over that of dcurv", factors[1]);
+    item.claim(
+        "mean curvature of an edge",
+        is_integral(ratios),
+        format!(
+            "on fine meshes of a sphere and a torus the sum of theta |e| is {:.4} and {:.4} times the integral of \
+             H = (k1 + k2) / 2: it is the integral of k1 + k2. dcurv gives an edge half of it, theta |e| / 2 \
+             (the factor is {:.6} and {:.6}). Holds if the ratios are 1 within 1 %, in part if they are one other number",
+            ratios[0], ratios[1], factors[0], factors[1]
+        ),
+    );
+    Ok(())
+}
+
+/// The sum of theta |e| over the edges, from the normals alone.
+fn total_edge_curvature(mesh: &TriMesh) -> f64 {
+    let topology = mesh.topology();
+    let of_edge = |e| {
+        let quad = dtri_flip::Quad::around(topology, e)?;
+        let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
+        let (left, right) = ((b - a).cross(c - a), (d - a).cross(b - a));
+        let angle = left.cross(right).length().atan2(left.dot(right));
+        // Positive where the surface is convex: there the other apex lies below the face.
+        Some((b - a).length() * angle * -left.dot(d - a).signum())
+    };
+    topology.edges().filter_map(of_edge).sum()
+}
+
+/// Whether sums are the integrals of mean curvature, or at least all the same multiple.
+fn is_integral(ratios: [f64; 2]) -> Outcome {
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.01;
+    match (ratios.iter().all(|&ratio| near(ratio, 1.0)), near(ratios[0], ratios[1])) {
+        (true, _) => Outcome::Holds,
+        (false, true) => Outcome::InPart,
+        (false, false) => Outcome::Fails,
+    }
+}
+
 /// W may be invariant under flips, says the paper: it is not.
 fn add_invariance(item: &mut Item) -> Result<(), Failure> {
     let torus = Torus { major: 5.0, minor: 2.0 };
@@ -101,4 +160,16 @@ fn add_invariance(item: &mut Item) -> Result<(), Failure> {
         ),
     );
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_sums_turn_the_verdict() {
+        assert_eq!(is_integral([1.001, 0.999]), Outcome::Holds);
+        assert_eq!(is_integral([2.0, 2.001]), Outcome::InPart);
+        assert_eq!(is_integral([1.0, 2.0]), Outcome::Fails);
+    }
 }

@@ -11,7 +11,16 @@ const LEVELS: u32 = 5;
 
 /// The head looks along z, up is y; about two units high.
 pub(super) fn head() -> Result<PolygonSoup, Failure> {
-    let sphere = Sphere::UNIT.icosphere(LEVELS).map_err(Failure::mesh)?;
+    of_levels(LEVELS)
+}
+
+/// The same with 5,120 faces, for what takes long.
+pub(super) fn small_head() -> Result<PolygonSoup, Failure> {
+    of_levels(LEVELS - 1)
+}
+
+fn of_levels(levels: u32) -> Result<PolygonSoup, Failure> {
+    let sphere = Sphere::UNIT.icosphere(levels).map_err(Failure::mesh)?;
     let mut soup = PolygonSoup::new();
     for &p in sphere.positions() {
         soup.push_vertex(point(p));

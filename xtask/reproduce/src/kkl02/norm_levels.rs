@@ -3,14 +3,14 @@
 use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use glam::DVec3;
 use mesh_core::TriMesh;
-use simplify::Preset;
+use simplify::{Options, Preset};
 
 use super::super::item::Item;
 use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::distances::Original;
 use super::head;
-use super::runs::{CHAINS, IGEA, guarded, levels};
+use super::runs::{CHAINS, IGEA, levels};
 use super::similarity::add_similarity_claim;
 use mesh_render::Style;
 use xtask_common::Failure;
@@ -101,7 +101,7 @@ fn norm_levels(mesh: &TriMesh, preset: Preset) -> Result<Levels, Failure> {
     let original = Original::new(mesh)?;
     let faces = mesh.topology().face_count() as f64;
     let targets = REDUCTIONS.map(|percent| ((1.0 - percent / 100.0) * faces).round() as usize);
-    let levels = levels(mesh, guarded(preset), &targets)?;
+    let levels = levels(mesh, Options::preset(preset), &targets)?;
     let errors = levels.iter().map(|m| original.mean_percent(m)).collect::<Result<_, _>>()?;
     let before = norm(mesh, preset);
     let norm_changes = levels.iter().map(|m| norm(m, preset) / before - 1.0).collect();

@@ -1,9 +1,11 @@
 //! The runs that the paper compares: distance only, and distance raised by curvature.
 
+use core::ops::ControlFlow;
+
 use mesh_core::TriMesh;
 use simplify::{
-    CostOptions, Metric, NormalConstraint, Options, PlacementRule, Preset, RefineOptions, Schedule,
-    ShapeConstraint, Simplified, simplify,
+    Cost, CostOptions, Metric, Options, Placement, PlacementRule, Policies, RefineOptions,
+    Schedule, Simplified, simplify, simplify_with,
 };
 
 use xtask_common::Failure;
@@ -31,24 +33,7 @@ pub(super) fn distance_only() -> Options {
     }
 }
 
-/// A curvature norm alone as published: every collapse that the topology allows.
-pub(super) fn published(preset: Preset) -> Options {
-    let mut options = Options::preset(preset);
-    options.protect.min_cosine = None;
-    options.protect.min_shape = None;
-    options
-}
-
-/// A curvature norm alone with the constraints of the other presets: no collapse turns a face over or leaves a
-/// needle.
-pub(super) fn guarded(preset: Preset) -> Options {
-    let mut options = Options::preset(preset);
-    options.protect.min_cosine = Some(NormalConstraint::default().min_cosine);
-    options.protect.min_shape = Some(ShapeConstraint::default().min_shape);
-    options
-}
-
-/// The same, raised where a collapse changes the curvature.
+/// Distance, raised where a collapse changes the curvature.
 pub(super) fn with_curvature(weight: f64) -> Options {
     let mut options = distance_only();
     options.cost.curvature_weight = weight;
@@ -75,8 +60,27 @@ pub(super) fn levels(
     options: Options,
     faces: &[usize],
 ) -> Result<Vec<TriMesh>, Failure> {
-    let fewest = faces.iter().copied().min().unwrap_or(0);
-    let run = simplified(mesh, options, fewest)?;
+    levels_of(mesh, &simplified(mesh, options, fewest(faces))?, faces)
+}
+
+/// The same with a cost, modifiers and a placement without a name; the options say the rest.
+pub(super) fn levels_with<C: Cost, P: Placement>(
+    mesh: &TriMesh,
+    policies: Policies<C, P>,
+    options: Options,
+    faces: &[usize],
+) -> Result<Vec<TriMesh>, Failure> {
+    let options = options.custom().to_faces(fewest(faces));
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let run = simplify_with(mesh, policies, &options, go_on).map_err(Failure::mesh)?;
+    levels_of(mesh, &run, faces)
+}
+
+fn fewest(faces: &[usize]) -> usize {
+    faces.iter().copied().min().unwrap_or(0)
+}
+
+fn levels_of(mesh: &TriMesh, run: &Simplified, faces: &[usize]) -> Result<Vec<TriMesh>, Failure> {
     let level = |&faces: &usize| {
         let count = run.log.count_for_faces(faces);
         let mut level = run.log.replay(mesh, count).map_err(Failure::mesh)?;

@@ -11,7 +11,7 @@ use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::distances::Original;
 use super::rotorcraft;
-use super::runs::{self, CHAINS, butterfly, distance_only, levels, simplified, with_curvature};
+use super::runs::{CHAINS, butterfly, distance_only, levels, simplified, with_curvature};
 use mesh_render::Style;
 use xtask_common::Failure;
 use xtask_common::decimals::plain;
@@ -43,7 +43,11 @@ const WAYS: [Way; 7] = [
         options: || butterfly(with_curvature(1.0)),
         drawn: false,
     },
-    Way { name: "curvature only (L1)", options: || runs::guarded(Preset::PaperL1), drawn: true },
+    Way {
+        name: "curvature only (L1)",
+        options: || Options::preset(Preset::PaperL1Guarded),
+        drawn: true,
+    },
     Way { name: "distance only, parts guarded", options: || guarded(distance_only()), drawn: true },
     Way {
         name: "curvmesh, thin features, parts guarded",

@@ -77,7 +77,7 @@ fn number_table(rows: &[&Row]) -> Markup {
     let has_printed = rows.iter().any(|row| row.is_published());
     let has_reference = rows.iter().any(|row| row.reference().is_some());
     html! {
-        div.scroll { table.cards {
+        div.scroll { table.cards.numbers {
             tr {
                 th { "quantity" }
                 @if has_printed { th.place { "where" } th { "published" } }
@@ -110,13 +110,22 @@ fn number_table(rows: &[&Row]) -> Markup {
 fn plain_table(table: &Table) -> Markup {
     html! {
         p.caption { (table.caption) }
-        div.scroll { table.dense[table.header.len() > DENSE] {
+        div.scroll { table.cards.dense[table.header.len() > DENSE] {
             tr { @for (i, name) in table.header.iter().enumerate() { th.word[is_words(table, i)] { (name) } } }
             @for line in &table.lines {
-                tr { @for (i, cell) in line.iter().enumerate() { td.word[is_words(table, i)] { (cell) } } }
+                tr {
+                    @for (i, cell) in line.iter().enumerate() {
+                        td.word[is_words(table, i)] data-label=[label(table, i)] { (cell) }
+                    }
+                }
             }
         } }
     }
+}
+
+/// The head of a column beside its cells where rows are cards; the first cell is the head of its card.
+fn label(table: &Table, column: usize) -> Option<&str> {
+    table.header.get(column).map(String::as_str).filter(|_| column > 0)
 }
 
 /// Whether a column holds words, not numbers.

@@ -11,16 +11,27 @@ pub(in crate::cost) enum Measure {
     SquaredSum,
     /// |k1| + |k2| integrated over the area of the vertex.
     AbsIntegral,
+    /// As [`Measure::AbsSum`], with unsigned dihedral angles.
+    UnsignedAbsSum,
+    /// As [`Measure::SquaredSum`], with unsigned dihedral angles.
+    UnsignedSquaredSum,
 }
 
 impl Measure {
+    /// Whether dihedral angles count without their sign.
+    pub(in crate::cost) fn is_unsigned(self) -> bool {
+        matches!(self, Self::UnsignedAbsSum | Self::UnsignedSquaredSum)
+    }
+
     #[inline(always)]
     pub(in crate::cost) fn of(self, integrals: VertexIntegrals, boundary: bool) -> f64 {
         let area = integrals.area;
         let curvature = VertexCurvature::from_integrals(integrals, boundary);
         match self {
-            Self::AbsSum => curvature.abs_principal_sum().value(),
-            Self::SquaredSum => curvature.squared_principal_sum().value(),
+            Self::AbsSum | Self::UnsignedAbsSum => curvature.abs_principal_sum().value(),
+            Self::SquaredSum | Self::UnsignedSquaredSum => {
+                curvature.squared_principal_sum().value()
+            }
             Self::AbsIntegral => (curvature.abs_principal_sum() * area).value(),
         }
     }

@@ -87,7 +87,11 @@ impl MergedRing {
         self.evaluated = Some(asked);
         self.line_up(tables, patch, x);
         self.remove_vanishing(tables, patch);
-        dispatch!(self.level, _ => self.evaluate_rows(measure));
+        if measure.is_unsigned() {
+            dispatch!(self.level, _ => self.evaluate_rows::<true>(measure));
+        } else {
+            dispatch!(self.level, _ => self.evaluate_rows::<false>(measure));
+        }
         self.center = self.add_up(measure);
     }
 
@@ -191,19 +195,23 @@ impl MergedRing {
     }
 
     #[inline(always)]
-    fn evaluate_rows(&mut self, measure: Measure) {
+    fn evaluate_rows<const UNSIGNED: bool>(&mut self, measure: Measure) {
         let count = self.spokes.len();
         for first in (1..=count).step_by(LANES) {
-            self.evaluate_faces(first);
+            self.evaluate_faces::<UNSIGNED>(first);
         }
         self.close();
         for first in (1..=count).step_by(LANES) {
-            self.evaluate_neighbours(first);
+            self.evaluate_neighbours::<UNSIGNED>(first);
         }
         // One loop per measure, so that the loops have no branches.
         match measure {
-            Measure::AbsSum => self.measure(|terms, open| Measure::AbsSum.of(terms, open)),
-            Measure::SquaredSum => self.measure(|terms, open| Measure::SquaredSum.of(terms, open)),
+            Measure::AbsSum | Measure::UnsignedAbsSum => {
+                self.measure(|terms, open| Measure::AbsSum.of(terms, open));
+            }
+            Measure::SquaredSum | Measure::UnsignedSquaredSum => {
+                self.measure(|terms, open| Measure::SquaredSum.of(terms, open));
+            }
             Measure::AbsIntegral => {
                 self.measure(|terms, open| Measure::AbsIntegral.of(terms, open));
             }
@@ -211,7 +219,7 @@ impl MergedRing {
     }
 
     #[inline(always)]
-    fn evaluate_faces(&mut self, first: usize) {
+    fn evaluate_faces<const UNSIGNED: bool>(&mut self, first: usize) {
         let rows = &mut self.rows;
         let from = rows.vectors(Vector::Along, first);
         let to = rows.vectors(Vector::Along, first - 1);
@@ -235,7 +243,7 @@ impl MergedRing {
             (normals[0][i], normals[1][i], normals[2][i]) = (normal.x, normal.y, normal.z);
             (angles[0][i], angles[1][i], angles[2][i]) = (center, this, before);
             third[i] = DOUBLED_TO_THIRD * size;
-            link_hinge[i] = link_share[i] * bend;
+            link_hinge[i] = link_share[i] * if UNSIGNED { bend.abs() } else { bend };
             old_angle[i] = this - old_angle[i];
             old_angle_before[i] = before - old_angle_before[i];
             old_third[i] = third[i] - old_third[i];
@@ -276,7 +284,7 @@ impl MergedRing {
     }
 
     #[inline(always)]
-    fn evaluate_neighbours(&mut self, first: usize) {
+    fn evaluate_neighbours<const UNSIGNED: bool>(&mut self, first: usize) {
         let next = first + 1;
         let rows = &mut self.rows;
         let along = rows.vectors(Vector::Along, first);
@@ -298,7 +306,7 @@ impl MergedRing {
             let (spoke, right) = (at(&along, i), at(&next_along, i));
             let length = spoke.length();
             let bend = length * hinge_angle(length, at(&normal, i), at(&next_normal, i), right);
-            hinge[i] = share[i] * bend;
+            hinge[i] = share[i] * if UNSIGNED { bend.abs() } else { bend };
             defect[i] -= angle_change[i] + next_angle_change[i];
             mean[i] += link_change[i] + next_link_change[i] + hinge[i];
             area[i] = (area[i] + third_change[i] + next_third_change[i]).max(0.0);
@@ -377,7 +385,9 @@ mod tests {
     #[test]
     fn every_vector_width_gives_the_same_bits() {
         for mesh in bent_meshes(80, 3, 6) {
-            for measure in [Measure::AbsSum, Measure::SquaredSum, Measure::AbsIntegral] {
+            let signed = [Measure::AbsSum, Measure::SquaredSum, Measure::AbsIntegral];
+            let unsigned = [Measure::UnsignedAbsSum, Measure::UnsignedSquaredSum];
+            for measure in signed.into_iter().chain(unsigned) {
                 let tables = Tables::new(&mesh, measure);
                 let of = |level| {
                     let mut star = MergedRing { level, ..MergedRing::default() };

@@ -1,7 +1,7 @@
 //! The curvature of a mesh as a table of the terms that collapses change.
 
 use dcurv::{
-    CurvatureOptions, Curvatures, VertexArea, VertexCurvature, edge_mean_curvatures,
+    CurvatureOptions, Curvatures, Integral, VertexArea, VertexCurvature, edge_mean_curvatures,
     triangle_angles,
 };
 use mesh_core::{
@@ -51,8 +51,20 @@ impl Tables {
         let options = CurvatureOptions { area: VertexArea::Barycentric };
         let term = |c: &VertexCurvature| Term::new(*c.integrals(), c.is_boundary(), measure);
         let mean = edge_mean_curvatures(mesh);
-        // Each end of an edge receives half of its mean curvature.
-        let hinges = mean.map(|mean| mean.map_or(0.0, |mean| 0.5 * mean.value()));
+        // Each end of an edge has half of its mean curvature.
+        let mut hinges = mean.map(|mean| mean.map_or(0.0, |mean| 0.5 * mean.value()));
+        let mut vertices = Curvatures::of(mesh, &options).map(term);
+        if measure.is_unsigned() {
+            for e in topology.edges() {
+                hinges[e] = hinges[e].abs();
+            }
+            for v in topology.vertices() {
+                let mean = topology.outgoing(v).map(|h| hinges[h.edge()]).sum();
+                let Term { mut integrals, boundary, .. } = vertices[v];
+                integrals.mean = Integral::new(mean);
+                vertices[v] = Term::new(integrals, boundary, measure);
+            }
+        }
         let per_face = parallel::collect(topology.face_capacity(), |i| {
             let f = FaceId::from_index(i);
             if topology.contains_face(f) { measure_face(mesh, f) } else { ([0.0; 3], 0.0) }
@@ -64,7 +76,7 @@ impl Tables {
             sides.zip(angles).for_each(|(side, angle)| corners[side] = angle);
         }
         Self {
-            vertices: Curvatures::of(mesh, &options).map(term),
+            vertices,
             hinges,
             corners,
             // Collecting from references avoids the excess capacity of an in-place collection.

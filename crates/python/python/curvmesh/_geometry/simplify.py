@@ -313,10 +313,13 @@ def simplify(
         Whether a number for `max_error` is a share of the diagonal.
     preset : str
         ``"draft"``, ``"fast"``, ``"default"``, ``"quality"``, ``"extreme"``, ``"thin-features"``,
-        ``"paper-l1"`` or ``"paper-l2"``. The default collapses by quadrics with a curvature factor and fits the result.
+        ``"paper-l1"``, ``"paper-l2"``, ``"paper-l1-guarded"`` or ``"paper-l2-guarded"``. The default collapses by
+        quadrics with a curvature factor and fits the result. The guarded presets reject collapses that fold a
+        face or leave a sliver; ``"paper-l1"`` and ``"paper-l2"`` reject none, as published.
     placement : str, optional
         Where the remaining vertex goes: ``"optimal-volume"``, ``"optimal"``, ``"endpoint"``,
-        ``"midpoint"`` or ``"butterfly"``.
+        ``"midpoint"``, ``"butterfly"`` or ``"curvature-optimal"``, which needs one of the ``"paper-..."``
+        presets and is slow.
     curvature_weight : float, optional
         How much a change of curvature raises the cost.
     fit_rounds : int, optional
