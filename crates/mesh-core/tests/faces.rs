@@ -3,7 +3,7 @@
 
 use mesh_core::SplitMix64;
 use mesh_core::edit::{FaceRefusal, RemovalRefusal};
-use mesh_core::fill::{FillMethod, FillOptions, FillRefusal};
+use mesh_core::fill::{FillMethod, FillOptions, FillRefusal, FilledHole};
 use mesh_core::glam::DVec3;
 use mesh_core::{FaceId, HalfEdgeId, Repair, Topology, TriMesh, VertexId, build};
 use mesh_shapes::{Sphere, Torus};
@@ -339,7 +339,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     /// Cubes that touch at walls, edges and corners are cut there. No face of a filled hole is where another face is,
-    /// and no edge of it is where another edge is.
+    /// and no edge of it is where another edge is. Loops that touch themselves are the exception.
     #[test]
     fn filling_doubles_nothing_where_parts_touch(
         cells in proptest::collection::vec([0_u32..2, 0_u32..2, 0_u32..2], 1..4),
@@ -372,14 +372,25 @@ proptest! {
             [[a, b], [a, c], [b, c]]
         };
         let rims: Vec<[[u64; 3]; 2]> = before.iter().flat_map(sides).collect();
+        let touches_itself = |&hole: &HalfEdgeId| {
+            let loop_of = mesh.topology().boundary_loop(hole);
+            let mut keys: Vec<_> =
+                loop_of.map(|h| key(mesh.topology().origin(h), &mesh)).collect();
+            keys.sort_unstable();
+            keys.windows(2).any(|pair| pair[0] == pair[1])
+        };
+        let holes = mesh.topology().boundary_loops();
+        let touching: Vec<HalfEdgeId> = holes.into_iter().filter(touches_itself).collect();
         let report = mesh.fill_holes(&FillOptions { optimal_edges, ..FillOptions::default() });
         mesh.topology().validate().unwrap();
-        let new: Vec<FaceId> = report.filled.iter().flat_map(|h| h.faces.clone()).collect();
+        let is_simple = |hole: &&FilledHole| !touching.contains(&hole.half_edge);
+        let simple: Vec<&FilledHole> = report.filled.iter().filter(is_simple).collect();
+        let new: Vec<FaceId> = simple.iter().flat_map(|hole| hole.faces.clone()).collect();
         let new = places(&mesh, &new);
         for (i, corners) in new.iter().enumerate() {
             prop_assert!(!before.contains(corners) && !new[i + 1..].contains(corners), "{corners:?}");
         }
-        for hole in &report.filled {
+        for hole in simple {
             let inner = hole.faces.iter().flat_map(|&f| mesh.topology().face_half_edges(f));
             let inner = inner.filter(|h| {
                 mesh.topology().face(h.twin()).is_some_and(|other| hole.faces.contains(&other))

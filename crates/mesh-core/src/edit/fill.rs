@@ -3,7 +3,8 @@
 //! Any boundary loop can be closed, also a concave or non-planar one; the mesh stays an oriented 2-manifold.
 //! The vertices of the loop do not move. No edge is made that exists elsewhere in the mesh, and no face. Here vertices
 //! at equal positions are one vertex: a mesh that was cut at a non-manifold edge has several copies of the edge, and
-//! filling must not add to them.
+//! filling must not add to them. The exception is a loop that passes through one position twice: its new faces can
+//! have the same corners.
 //!
 //! 1. **Short loops** ([`FillOptions::optimal_edges`]) get the triangulation of their vertices with the smallest
 //!    maximal bend, also towards the faces around the hole, and among equals the shortest edges: Barequet and Sharir
@@ -99,10 +100,6 @@ pub enum FillRefusal {
     /// A face elsewhere in the mesh has its corners at the same positions.
     #[error("the hole is where {0:?} is; filling it would double this face")]
     Duplicate(FaceId),
-    /// The hole has two edges at the same positions, so it has no width there, and no triangulation of it was found
-    /// that makes no two faces at the same place.
-    #[error("the hole runs along itself; merge vertices at equal positions before filling")]
-    RunsAlongItself(HalfEdgeId),
     /// The hole has more edges than are wanted.
     #[error("the hole has {edges} edges, more than {limit}; raise `max_edges` to fill it")]
     TooManyEdges {
@@ -216,9 +213,6 @@ impl TriMesh {
             .best_triangles(options.optimal_edges)
             .map(|tips| (FillMethod::Optimal, tips))
             .or_else(|| outline.polygon().map(|tips| (FillMethod::Polygon, tips)));
-        if planned.is_none() && outline.runs_along_itself() {
-            return Err(FillRefusal::RunsAlongItself(half_edge));
-        }
         let method = match planned {
             Some((method, tips)) => {
                 faces.extend(tips.into_iter().map(|tip| self.cut_off(&mut ring, tip)));
@@ -388,20 +382,6 @@ impl Outline {
 
     fn position(&self, place: u32) -> DVec3 {
         self.origin + self.scale * self.points[place as usize]
-    }
-
-    /// Whether two edges of the loop are at the same positions.
-    fn runs_along_itself(&self) -> bool {
-        let key = |i: usize| position_key(self.points[i]);
-        let count = self.points.len();
-        let mut edges: Vec<_> = (0..count)
-            .map(|i| {
-                let (a, b) = (key(i), key((i + 1) % count));
-                (a.min(b), a.max(b))
-            })
-            .collect();
-        edges.sort_unstable();
-        edges.windows(2).any(|pair| pair[0] == pair[1])
     }
 
     fn is_edge(&self, [i, j]: [u32; 2]) -> bool {
