@@ -79,7 +79,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         "A helicopter down to 986 faces, by the distance alone (quadrics with optimal placement) and \
          by distance and curvature together. The paper does not say how it joins the two; here the \
          distance cost of a collapse is multiplied by one plus the relative change of the integral \
-         of |k1| + |k2|. What keeps thin parts best is a guard that leaves every part of the model a \
+         of |k1| + |k2|. The curvature alone is the guarded preset. What keeps thin parts best is a guard that leaves every part of the model a \
          few vertices.",
     );
     item.stand_in(
