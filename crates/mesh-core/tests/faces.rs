@@ -356,7 +356,7 @@ proptest! {
         let faces: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(index)).collect();
         let soup = mesh_core::PolygonSoup::from_triangles(&points, &faces).unwrap();
         let mut mesh = build(&soup, &Repair::lenient()).unwrap().mesh;
-        let key = |v: VertexId, mesh: &TriMesh| mesh.position(v).to_array().map(|x| x.to_bits());
+        let key = |v: VertexId, mesh: &TriMesh| mesh.position(v).to_array().map(f64::to_bits);
         let places = |mesh: &TriMesh, faces: &[FaceId]| {
             let mut all: Vec<_> = faces
                 .iter()
