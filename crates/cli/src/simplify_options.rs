@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use mesh_work::{Choices, Length, parse_length};
 use simplify::{
-    ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress, Rejections, Target,
+    AttributeOptions, ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress,
+    Protect, Rejections, Target,
 };
 
 use crate::args::{parse_angle, parse_count, parse_not_negative, parse_seconds};
@@ -124,9 +125,20 @@ pub(crate) struct Policy {
         value_parser = |s: &str| s.parse::<Preset>(),
     )]
     pub(crate) preset: Preset,
-    /// Where the remaining vertex of an edge goes [default: that of the preset]
-    #[arg(long, value_enum)]
-    placement: Option<PlacementName>,
+    /// Position of the vertex that a collapse leaves [default: that of the preset]
+    ///
+    /// - optimal-volume:    least cost among the positions that keep the volume
+    /// - optimal:           least cost
+    /// - endpoint:          the better end: the vertices are a subset of the original ones
+    /// - midpoint:          the middle of the edge
+    /// - butterfly:         the point of butterfly subdivision
+    /// - curvature-optimal: the position that changes the curvature norm least, by a slow search;
+    ///                      needs a preset paper-...
+    #[arg(
+        long, value_name = "PLACEMENT", verbatim_doc_comment,
+        value_parser = |s: &str| s.parse::<PlacementRule>(),
+    )]
+    placement: Option<PlacementRule>,
     /// How much a change of curvature raises the cost; 0 for not at all [default: that of the
     /// preset]
     #[arg(long, value_name = "W", value_parser = parse_not_negative)]
@@ -135,9 +147,10 @@ pub(crate) struct Policy {
     /// the faces remain [default: that of the preset]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 0..=MOST_ROUNDS))]
     fit_rounds: Option<usize>,
-    /// Error norm that fitting minimises [default: l2]
-    #[arg(long, value_enum)]
-    norm: Option<NormName>,
+    /// Error norm that fitting minimises: `l1` the mean, `l2` the root mean square, `max` the largest
+    /// distance, with a higher mean [default: l2]
+    #[arg(long, value_name = "NORM", value_parser = |s: &str| s.parse::<FitNorm>())]
+    norm: Option<FitNorm>,
     /// Anneal for so many seconds at most, with the presets quality and extreme
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     anneal_time: Option<Duration>,
@@ -160,55 +173,6 @@ pub(crate) struct Policy {
     /// Where the random numbers of the fit start
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum PlacementName {
-    /// Least cost among the places that keep the volume
-    OptimalVolume,
-    /// Least cost
-    Optimal,
-    /// The better end: the vertices are some of the original ones
-    Endpoint,
-    /// The middle of the edge
-    Midpoint,
-    /// The point of butterfly subdivision
-    Butterfly,
-    /// The position that changes the curvature norm least, by a slow search; needs a preset paper-...
-    CurvatureOptimal,
-}
-
-impl From<PlacementName> for PlacementRule {
-    fn from(name: PlacementName) -> Self {
-        match name {
-            PlacementName::OptimalVolume => Self::OptimalVolume,
-            PlacementName::Optimal => Self::Optimal,
-            PlacementName::Endpoint => Self::Endpoint,
-            PlacementName::Midpoint => Self::Midpoint,
-            PlacementName::Butterfly => Self::Butterfly,
-            PlacementName::CurvatureOptimal => Self::CurvatureOptimal,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum NormName {
-    /// The mean
-    L1,
-    /// The root mean square
-    L2,
-    /// The largest: the mean rises
-    Max,
-}
-
-impl From<NormName> for FitNorm {
-    fn from(name: NormName) -> Self {
-        match name {
-            NormName::L1 => Self::L1,
-            NormName::L2 => Self::L2,
-            NormName::Max => Self::Max,
-        }
-    }
 }
 
 /// The vertices that every component keeps, if any.
@@ -266,10 +230,10 @@ impl Policy {
     fn choices(&self) -> Choices {
         Choices {
             preset: self.preset,
-            placement: self.placement.map(PlacementRule::from),
+            placement: self.placement,
             curvature_weight: self.curvature_weight,
             fit_rounds: self.fit_rounds,
-            norm: self.norm.map(FitNorm::from),
+            norm: self.norm,
             anneal_time: self.anneal_time,
             lock_boundary: self.lock_boundary,
             feature_angle: self.feature_angle,
@@ -278,6 +242,31 @@ impl Policy {
             verify: self.verify,
             seed: self.seed,
         }
+    }
+}
+
+/// All settings of a run, with those of the preset, for reports. Maps over the elements of the mesh are left out.
+pub(crate) fn settings(options: &Options) -> Options {
+    let Options { target, cost, placement, protect, refine, tolerance, attributes, record } =
+        options;
+    let &Protect { boundary, min_cosine, min_shape, .. } = protect;
+    let &Protect { min_component_vertices, forbid_intersections, .. } = protect;
+    Options {
+        target: *target,
+        cost: *cost,
+        placement: *placement,
+        protect: Protect {
+            boundary,
+            min_cosine,
+            min_shape,
+            min_component_vertices,
+            forbid_intersections,
+            ..Protect::nothing()
+        },
+        refine: *refine,
+        tolerance: *tolerance,
+        attributes: AttributeOptions { corners: None, weight: attributes.weight },
+        record: *record,
     }
 }
 

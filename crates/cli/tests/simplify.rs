@@ -238,3 +238,27 @@ fn the_norm_is_in_the_report_and_annealing_ends_in_time() {
     assert!(mean1 < mean && max3 < max, "{mean1} {mean}, {max3} {max}");
     run(&["--preset", "extreme", "--anneal-time", "0"]);
 }
+
+/// The settings in a report are all settings of the run: with them, the library makes the same mesh.
+#[test]
+fn the_report_has_all_settings_of_the_preset() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, output) = (torus(folder.path(), 40), folder.path().join("out.ply"));
+    let mesh =
+        |path: &Path| mesh_core::TriMesh::from_soup(&mesh_io::read(path).unwrap().soup).unwrap();
+    let original = mesh(&input);
+    for preset in simplify::Preset::ALL.iter().filter(|&&p| p != simplify::Preset::Extreme) {
+        let arguments = ["simplify", text(&input), "-o", text(&output), "--ratio", "0.3"];
+        let report = json(&[&arguments[..], &["--preset", preset.name()]].concat());
+        let settings: simplify::Options =
+            serde_json::from_value(report["settings"].clone()).unwrap();
+        let mut again = simplify::simplify(&original, &settings).unwrap().mesh;
+        again.compact();
+        assert_eq!(again.positions(), mesh(&output).positions(), "{preset}");
+    }
+    assert_eq!(
+        json(&["simplify", text(&input), "-o", text(&output), "--preset", "paper-l1"])["settings"]
+            ["protect"]["min_cosine"],
+        Value::Null
+    );
+}

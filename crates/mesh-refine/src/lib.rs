@@ -30,7 +30,7 @@ pub use face_lists::FaceLists;
 pub use fit::constraints::FitConstraints;
 pub use fit::{FitOptions, FitReport, fit};
 pub use max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error};
-pub use norm::FitNorm;
+pub use norm::{FitNorm, UnknownNorm};
 pub use observer::{Observe, Observer};
 pub use pipeline::{Pipeline, Refined, Steps};
 pub use texture_fit::Texture;

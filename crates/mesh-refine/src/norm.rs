@@ -1,5 +1,7 @@
 //! The norm that refinement minimises: the mean, the root mean square, or the largest distance.
 
+use core::str::FromStr;
+
 /// The norm of the distances between mesh and original that refinement minimises.
 ///
 /// All three use weighted least squares. A pair of points at the distance d has the weight `(d / s)^(p - 2)`, where p
@@ -19,6 +21,20 @@ pub enum FitNorm {
     /// The largest distance: p is 2 in the first round and grows to 8. Steps become shorter as the equations become
     /// less linear. The mean rises.
     Max,
+}
+
+/// A name that is no norm.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no norm {0:?}; there are l1, l2, max")]
+pub struct UnknownNorm(pub String);
+
+impl FromStr for FitNorm {
+    type Err = UnknownNorm;
+
+    fn from_str(name: &str) -> Result<Self, UnknownNorm> {
+        let found = Self::ALL.iter().find(|norm| norm.name() == name);
+        found.copied().ok_or_else(|| UnknownNorm(name.to_owned()))
+    }
 }
 
 impl FitNorm {

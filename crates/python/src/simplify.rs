@@ -1,6 +1,7 @@
 //! `curvmesh.simplify`.
 
 use std::ops::ControlFlow;
+use std::str::FromStr;
 use std::sync::Arc;
 
 use ::simplify::{
@@ -14,24 +15,12 @@ use pyo3::types::PyDict;
 
 use crate::collapse_functions::CollapseFunctions;
 use crate::content::Content;
-use crate::failure::{Ended, Failure, choose};
+use crate::failure::{Ended, Failure};
 use crate::host::{Call, State, Watch, run};
 use crate::length::{Given, length, units};
 use crate::mesh::MeshData;
 use crate::options::{angle, not_negative, seconds};
 use crate::views::signed;
-
-const PLACEMENTS: &[(&str, PlacementRule)] = &[
-    ("optimal-volume", PlacementRule::OptimalVolume),
-    ("optimal", PlacementRule::Optimal),
-    ("endpoint", PlacementRule::Endpoint),
-    ("midpoint", PlacementRule::Midpoint),
-    ("butterfly", PlacementRule::Butterfly),
-    ("curvature-optimal", PlacementRule::CurvatureOptimal),
-];
-
-const NORMS: &[(&str, FitNorm)] =
-    &[("l1", FitNorm::L1), ("l2", FitNorm::L2), ("max", FitNorm::Max)];
 
 /// What is changed of a preset, as it comes from Python.
 #[derive(FromPyObject)]
@@ -51,15 +40,19 @@ pub(crate) struct ChoicesGiven {
     seed: u64,
 }
 
+/// What a name stands for, if there is one.
+fn parsed<T: FromStr<Err: std::error::Error>>(name: Option<&str>) -> Result<Option<T>, Failure> {
+    name.map(|name| name.parse().map_err(|error: T::Err| Failure::option(error))).transpose()
+}
+
 impl ChoicesGiven {
     pub(crate) fn choices(&self) -> Result<Choices, Failure> {
-        let placement = self.placement.as_deref();
         let choices = Choices {
             preset: self.preset.parse::<Preset>().map_err(Failure::option)?,
-            placement: placement.map(|name| choose("placement", name, PLACEMENTS)).transpose()?,
+            placement: parsed(self.placement.as_deref())?,
             curvature_weight: not_negative("curvature_weight", self.curvature_weight)?,
             fit_rounds: self.fit_rounds,
-            norm: self.norm.as_deref().map(|name| choose("norm", name, NORMS)).transpose()?,
+            norm: parsed(self.norm.as_deref())?,
             anneal_time: seconds("anneal_time", self.anneal_time)?,
             lock_boundary: self.lock_boundary,
             feature_angle: angle("feature_angle", self.feature_angle)?,

@@ -18,7 +18,7 @@ pub use error::SimplifyError;
 pub use memory::memory_needed;
 pub use options::{
     AttributeOptions, CostOptions, Metric, Options, PlacementRule, RefineOptions, ToleranceOptions,
-    Tuning,
+    Tuning, UnknownPlacement,
 };
 pub use plan::{Plan, rules};
 pub use preset::{Preset, UnknownPreset};

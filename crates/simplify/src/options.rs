@@ -1,5 +1,7 @@
 //! Options of a simplification, as data.
 
+use core::str::FromStr;
+
 use mesh_collapse::{Protect, Schedule, Target};
 use mesh_refine::{AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions, Steps};
 
@@ -172,6 +174,48 @@ pub enum PlacementRule {
     CurvatureOptimal,
     /// The placement of the policies that [`simplify_with`](crate::simplify_with) is given; see [`Options::custom`].
     Custom,
+}
+
+impl PlacementRule {
+    /// All placements that have a name: all but [`PlacementRule::Custom`].
+    pub const NAMED: &'static [Self] = &[
+        Self::OptimalVolume,
+        Self::Optimal,
+        Self::Endpoint,
+        Self::Midpoint,
+        Self::Butterfly,
+        Self::CurvatureOptimal,
+    ];
+
+    /// The name, as [`FromStr`] takes it; `custom` for [`PlacementRule::Custom`].
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OptimalVolume => "optimal-volume",
+            Self::Optimal => "optimal",
+            Self::Endpoint => "endpoint",
+            Self::Midpoint => "midpoint",
+            Self::Butterfly => "butterfly",
+            Self::CurvatureOptimal => "curvature-optimal",
+            Self::Custom => "custom",
+        }
+    }
+}
+
+/// A name that is no placement.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "there is no placement {0:?}; there are optimal-volume, optimal, endpoint, midpoint, butterfly, curvature-optimal"
+)]
+pub struct UnknownPlacement(pub String);
+
+impl FromStr for PlacementRule {
+    type Err = UnknownPlacement;
+
+    fn from_str(name: &str) -> Result<Self, UnknownPlacement> {
+        let found = Self::NAMED.iter().find(|placement| placement.name() == name);
+        found.copied().ok_or_else(|| UnknownPlacement(name.to_owned()))
+    }
 }
 
 /// The factor by which the mean may rise if only the largest distance counts.

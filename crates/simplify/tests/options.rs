@@ -5,9 +5,9 @@ use mesh_core::TriMesh;
 use mesh_metric::Surface;
 use mesh_shapes::Sphere;
 use simplify::{
-    AnnealOptions, CollapseLog, CornerAttributes, ErrorCheck, FitConstraints, FitOptions,
-    MAX_CHANNELS, MaxErrorOptions, Options, Preset, RecordError, RefineError, SimplifyError,
-    anneal, collapses_within, fit, reduce_max_error, simplify,
+    AnnealOptions, CollapseLog, CornerAttributes, ErrorCheck, FitConstraints, FitNorm, FitOptions,
+    MAX_CHANNELS, MaxErrorOptions, Options, PlacementRule, Preset, RecordError, RefineError,
+    SimplifyError, anneal, collapses_within, fit, reduce_max_error, simplify,
 };
 
 fn sphere(cuts: u32) -> TriMesh {
@@ -134,5 +134,19 @@ fn a_record_with_a_collapse_of_what_the_mesh_does_not_have_is_refused() {
         record[at..at + bytes.len()].copy_from_slice(&bytes);
         let read = CollapseLog::read(&mesh, &mut &record[..]);
         assert!(matches!(read, Err(RecordError::Misfit { collapse: 2 })), "byte {at}");
+    }
+}
+
+#[test]
+fn placements_and_norms_are_what_their_names_say() {
+    for &placement in PlacementRule::NAMED {
+        assert_eq!(placement.name().parse(), Ok(placement));
+        let error = "custom".parse::<PlacementRule>().unwrap_err().to_string();
+        assert!(error.contains(placement.name()), "{error}");
+    }
+    for &norm in FitNorm::ALL {
+        assert_eq!(norm.name().parse(), Ok(norm));
+        let error = "l3".parse::<FitNorm>().unwrap_err().to_string();
+        assert!(error.contains(norm.name()), "{error}");
     }
 }

@@ -9,7 +9,7 @@ use mesh_view::Page;
 use mesh_work::{Attributes, Loaded};
 use out_of_core::ResultMesh;
 use serde::Serialize;
-use simplify::{FitReport, Simplified, simplify_observed};
+use simplify::{FitReport, Options, Simplified, simplify_observed};
 
 use crate::batch::{Job, check_output};
 use crate::carry::{Carry, OF_ATTRIBUTES, ONLY_SHAPES};
@@ -21,7 +21,7 @@ use crate::large::{self, Large, Passes};
 use crate::load::{Loading, Seconds};
 use crate::save::make_folder_of;
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{Policy, Targets, rejected, show};
+use crate::simplify_options::{Policy, Targets, rejected, settings, show};
 use crate::task::{Done, Report, Task};
 use crate::view::{self, Look, name_of};
 
@@ -57,6 +57,8 @@ pub(crate) struct Simplify {
 #[derive(Default, Serialize)]
 struct Results {
     preset: String,
+    /// All settings, with those of the preset.
+    settings: Options,
     faces_in: usize,
     faces_out: usize,
     /// Absent if the result is larger than memory.
@@ -118,14 +120,15 @@ fn one(options: &Simplify, task: &Task, given: &Given, console: &Console) -> Res
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let attributes = options.carry.find(&loaded, console)?;
-    let simplified = Seconds::time(&mut seconds.compute, || {
+    let (simplified, settings) = Seconds::time(&mut seconds.compute, || {
         reduce(&loaded.mesh, options, &attributes, console)
     })?;
     let model = attributes
         .carry(loaded.source(), &simplified.mesh, &simplified.vertex_map)
         .map_err(Failure::model)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
-    let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
+    let faces_in = loaded.mesh.topology().face_count();
+    let results = Results::new(options, settings, faces_in, &simplified);
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
         let page = page(task, &options.job.loading, &loaded, &simplified.mesh, &model)?;
@@ -146,6 +149,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     let Job { loading, many, .. } = &options.job;
     let (large, memory) = (&options.large, options.large.memory.unwrap_or(u64::MAX));
     let prove = options.policy.proves().then_some(large::PROVED);
+    let in_force = settings(&chosen);
     let settings = large::settings(chosen, Vec::new(), memory, &loading.repair, prove)?;
     let Some(output) = &task.output else {
         return Err(Failure::usage("say where the result goes: -o OUT"));
@@ -166,6 +170,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     };
     let results = Results {
         preset: options.policy.preset.to_string(),
+        settings: in_force,
         faces_in: summary.triangles as usize,
         faces_out: outcome.faces as usize,
         vertices_out,
@@ -215,26 +220,27 @@ fn reduce(
     options: &Simplify,
     attributes: &Attributes,
     console: &Console,
-) -> Result<Simplified, Failure> {
+) -> Result<(Simplified, Options), Failure> {
     let goals = options.targets.goals(mesh, options.job.loading.relative)?;
-    let mut settings = options.policy.options(mesh, goals.limits);
-    attributes.constrain(mesh, &mut settings);
-    settings.record = false;
+    let mut chosen = options.policy.options(mesh, goals.limits);
+    attributes.constrain(mesh, &mut chosen);
+    chosen.record = false;
     if let Some(error) = goals.max_error {
-        settings = settings.within(error, options.policy.check());
+        chosen = chosen.within(error, options.policy.check());
     }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
-    let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
+    let result = simplify_observed(mesh, &chosen, &mut |now| show(&bar, now));
     bar.finish_and_clear();
-    result.map_err(Failure::simplify)
+    result.map(|result| (result, settings(&chosen))).map_err(Failure::simplify)
 }
 
 impl Results {
-    fn new(options: &Simplify, faces_in: usize, result: &Simplified) -> Self {
+    fn new(options: &Simplify, settings: Options, faces_in: usize, result: &Simplified) -> Self {
         let topology = result.mesh.topology();
         let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
         Self {
             preset: options.policy.preset.to_string(),
+            settings,
             faces_in,
             faces_out: topology.face_count(),
             vertices_out: Some(used.count()),
