@@ -78,7 +78,7 @@ def test_literal_types_are_the_names_that_are_known(name: str) -> None:
         if name == "Preset":
             cm.lod(ball, faces=[100], preset=value)
         elif name == "Placement":
-            preset = "paper-l1" if value == "curvature-optimal" else "default"
+            preset: _options.Preset = "paper-l1" if value == "curvature-optimal" else "default"
             cm.simplify(ball, faces=200, preset=preset, placement=value)
         elif name == "Norm":
             cm.simplify(ball, faces=200, fit_rounds=1, norm=value)
