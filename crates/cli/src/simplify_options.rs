@@ -132,8 +132,7 @@ pub(crate) struct Policy {
     /// - endpoint:          the better end: the vertices are a subset of the original ones
     /// - midpoint:          the middle of the edge
     /// - butterfly:         the point of butterfly subdivision
-    /// - curvature-optimal: the position that changes the curvature norm least, by a slow search;
-    ///                      needs a preset paper-...
+    /// - curvature-optimal: least change of the curvature norm, a slow search; for presets paper-...
     #[arg(
         long, value_name = "PLACEMENT", verbatim_doc_comment,
         value_parser = |s: &str| s.parse::<PlacementRule>(),
