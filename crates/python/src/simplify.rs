@@ -5,8 +5,8 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use ::simplify::{
-    CollapseLog, FitNorm, LogEntry, Options, Phase, PlacementRule, Preset, Progress, Simplified,
-    Target, simplify_observed, simplify_with,
+    CollapseLog, LogEntry, Options, Phase, Preset, Progress, Simplified, Target, simplify_observed,
+    simplify_with,
 };
 use mesh_work::{AttributeRules, Attributes, Choices};
 use numpy::IntoPyArray;
