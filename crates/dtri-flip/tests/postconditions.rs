@@ -69,6 +69,9 @@ fn ellipse(sides: u32, stretch: f64) -> Vec<[f64; 2]> {
     (0..sides).map(|i| [stretch * angle(i).cos(), angle(i).sin()]).collect()
 }
 
+/// Faces of a prism can be exactly perpendicular to the normal of a vertex, up to rounding.
+const ROUNDING: f64 = 1e-12;
+
 fn slivers(mesh: &TriMesh) -> usize {
     let is_sliver = |[a, b, c]: [DVec3; 3]| {
         let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
@@ -82,12 +85,13 @@ fn normals(mesh: &TriMesh) -> Vec<DVec3> {
 }
 
 /// The number of faces whose normal makes more than a right angle with the normal that one of their
-/// vertices has in the input mesh.
-fn reversed(mesh: &TriMesh, input: &TriMesh) -> usize {
+/// vertices has in the input mesh, by a margin of the cosine.
+fn reversed(mesh: &TriMesh, input: &TriMesh, margin: f64) -> usize {
     let normals = input.vertex_normals();
     let is_reversed = |&f: &mesh_core::FaceId| {
         let normal = mesh.face_cross(f);
-        mesh.topology().face_vertices(f).iter().any(|&v| normal.dot(normals[v]) < 0.0)
+        let below = -margin * normal.length();
+        mesh.topology().face_vertices(f).iter().any(|&v| normal.dot(normals[v]) < below)
     };
     mesh.topology().faces().filter(is_reversed).count()
 }
@@ -179,7 +183,7 @@ proptest! {
         let start = sheet(inner, seed, |x, y| amplitude * (waves * x).sin() * (waves * y).cos());
         let mut mesh = start.clone();
         run(&mut mesh, cost, &strategies(strategy, seed));
-        prop_assert!(reversed(&mesh, &start) <= reversed(&start, &start), "{}", cost);
+        prop_assert!(reversed(&mesh, &start, ROUNDING) <= reversed(&start, &start, 0.0), "{}", cost);
         prop_assert!(slivers(&mesh) <= slivers(&start), "{}", cost);
     }
 
@@ -192,7 +196,7 @@ proptest! {
         let mut mesh = start.clone();
         run(&mut mesh, cost, &strategies(strategy, seed));
         prop_assert!(mesh.volume() > 0.0);
-        prop_assert!(reversed(&mesh, &start) <= reversed(&start, &start), "{}", cost);
+        prop_assert!(reversed(&mesh, &start, ROUNDING) <= reversed(&start, &start, 0.0), "{}", cost);
         prop_assert!(slivers(&mesh) <= slivers(&start), "{}", cost);
     }
 }
