@@ -67,7 +67,11 @@ def test_notebooks_show_meshes_and_reports(bumpy: cm.Mesh) -> None:
     shown = bumpy._repr_html_()
     assert "data:image/png;base64," in shown and "5,120" in shown
     broken = cm.Mesh(bumpy.vertices, np.vstack([bumpy.faces, bumpy.faces[:1]]))
-    assert "drop_duplicates" in broken._repr_html_() and "data:image" not in broken._repr_html_()
+    with pytest.warns(cm.RepairWarning):
+        shown = broken._repr_html_()
+    assert "drop_duplicates" in shown and "data:image" in shown
+    nowhere = cm.Mesh([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], check=False)
+    assert "data:image" not in nowhere._repr_html_()
     small = cm.simplify(bumpy, faces=500)
     reports: list[Any] = [
         small,

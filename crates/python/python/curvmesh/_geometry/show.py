@@ -406,6 +406,6 @@ def card(mesh: Mesh) -> str:
         image = base64.b64encode(picture.png).decode()
         shown = f'<img width="360" height="300" src="data:image/png;base64,{image}"/>'
     except CurvmeshError:
-        # A mesh that is not a manifold has counts, but no picture.
+        # A mesh that no repair can draw has counts, but no picture.
         shown = ""
     return f'<div style="display:flex;gap:1em;align-items:center">{shown}{table("Mesh", rows)}</div>'
