@@ -70,7 +70,8 @@ def test_notebooks_show_meshes_and_reports(bumpy: cm.Mesh) -> None:
     with pytest.warns(cm.RepairWarning):
         shown = broken._repr_html_()
     assert "drop_duplicates" in shown and "data:image" in shown
-    nowhere = cm.Mesh([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], check=False)
+    points = np.array([[0, 0, np.nan], [1, 0, 0], [0, 1, 0]])
+    nowhere = cm.Mesh(points, [[0, 1, 2]], check=False)
     assert "data:image" not in nowhere._repr_html_()
     small = cm.simplify(bumpy, faces=500)
     reports: list[Any] = [
