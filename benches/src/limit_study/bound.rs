@@ -79,9 +79,9 @@ mod tests {
         }
     }
 
-    /// The largest distance of the best triangle of unit area from z = xy, whose K is -1: of all triangles with
-    /// their planes, of those whose plane has the same deviation at the three corners, and of those that
-    /// interpolate. Each is found by random descent, from several starts.
+    /// The largest distance of the best triangle of unit area from z = xy, whose K is -1. There are three classes of
+    /// triangles: with any plane, with the same deviation at the three corners, and with corners on the surface. The
+    /// best triangle of each class is found by random descent, from several starts.
     #[test]
     fn the_largest_distances_from_a_saddle_are_those_of_the_three_classes() {
         let mut random = mesh_core::SplitMix64::new(11);

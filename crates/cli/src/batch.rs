@@ -208,8 +208,8 @@ fn refuse_standard(inputs: &[PathBuf]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The inputs, and the mesh files of those that are folders, each with its name in a folder of results. Files in the
-/// folder of results are no inputs.
+/// The files among the inputs, and the mesh files in the folders among them. Each file has a name for the folder of
+/// results. Files in the folder of results are no inputs.
 fn files(inputs: &[PathBuf], output: Option<&Path>) -> Result<Vec<(PathBuf, PathBuf)>, Failure> {
     let mut found = Vec::new();
     for input in inputs {

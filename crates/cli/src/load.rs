@@ -8,6 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use mesh_core::build::{BuildReport, Repair, Weld};
 use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind};
+use mesh_metric::Surface;
 use mesh_work::{Loaded, diagonal, mark_labels, splits_vertices};
 use serde::Serialize;
 
@@ -164,6 +165,12 @@ impl ReadOptions {
         console.note_input(&model);
         Ok((model, options.format))
     }
+}
+
+/// The surface of a file.
+pub(crate) fn surface(path: &Path, model: &Model) -> Result<Surface, Failure> {
+    mesh_work::surface(&model.soup)
+        .map_err(|source| Failure::Surface { path: path.to_owned(), source: Box::new(source) })
 }
 
 fn failed(path: &Path, error: std::io::Error) -> Failure {

@@ -155,7 +155,7 @@ pub enum ModelError {
         found: usize,
         /// The elements that it describes.
         of: &'static str,
-        /// The number of these elements.
+        /// The number of elements of this kind.
         expected: usize,
     },
     /// An index is out of range.

@@ -43,7 +43,7 @@ pub(crate) fn finite_or<const N: usize>(values: [f32; N], otherwise: f32) -> [f3
     values.map(|value| if value.is_finite() { value } else { otherwise })
 }
 
-/// Whether all of these numbers are present.
+/// Whether all numbers are finite. A number that is not finite stands for a missing value.
 pub(crate) fn are_finite<const N: usize>(values: &[f32; N]) -> bool {
     values.iter().all(|value| value.is_finite())
 }

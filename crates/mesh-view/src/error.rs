@@ -24,7 +24,7 @@ pub enum ViewError {
         found: usize,
         /// The elements that it describes.
         of: &'static str,
-        /// The number of these elements.
+        /// The number of elements of this kind.
         expected: usize,
     },
     /// A face refers to a missing vertex, material or picture.

@@ -3,12 +3,16 @@
 //! Meshes are built without the interpreter lock; the call that holds it again warns.
 
 use std::ffi::CString;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 
 /// What no call has told yet.
 static UNTOLD: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn untold() -> MutexGuard<'static, Vec<String>> {
+    UNTOLD.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Keeps a warning that names repairs and how many there are of each.
 pub(crate) fn put(repairs: &[(&str, usize)]) {
@@ -19,7 +23,7 @@ pub(crate) fn put(repairs: &[(&str, usize)]) {
             "the mesh is repaired for this: {} (repair() returns the repaired mesh, validate() refuses such a mesh)",
             repairs.join(", ")
         );
-        UNTOLD.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+        untold().push(text);
     }
 }
 
@@ -28,7 +32,7 @@ pub(crate) fn put(repairs: &[(&str, usize)]) {
 /// # Errors
 /// Warnings are exceptions by a filter of the caller.
 pub(crate) fn tell(py: Python<'_>) -> PyResult<()> {
-    let untold = std::mem::take(&mut *UNTOLD.lock().unwrap_or_else(PoisonError::into_inner));
+    let untold = std::mem::take(&mut *untold());
     if untold.is_empty() {
         return Ok(());
     }

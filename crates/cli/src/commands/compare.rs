@@ -13,7 +13,7 @@ use crate::args::{is_standard, parse_count};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loading, Seconds};
+use crate::load::{Loading, Seconds, surface};
 use crate::session::{Outcome, Session};
 use crate::task::Report;
 use crate::text::printable;
@@ -125,9 +125,7 @@ pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failu
 impl<'a> Version<'a> {
     fn read(path: &'a Path, loading: &Loading, console: &Console) -> Result<Self, Failure> {
         let model = loading.content(path, console)?;
-        let surface = mesh_work::surface(&model.soup);
-        let failed = |source| Failure::Surface { path: path.to_owned(), source: Box::new(source) };
-        Ok(Self { path, surface: surface.map_err(failed)?, model })
+        Ok(Self { path, surface: surface(path, &model)?, model })
     }
 
     fn counts(&self) -> [usize; 2] {

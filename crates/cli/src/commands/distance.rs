@@ -16,7 +16,7 @@ use crate::args::{is_standard, parse_count};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions, opaque};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loading, Seconds};
+use crate::load::{Loading, Seconds, surface};
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_folder_of, check_target, save};
 use crate::session::{Outcome, Session};
 use crate::streaming::{Streaming, with_bar};
@@ -227,12 +227,6 @@ fn page(
     page.start.map = options.colors.colormap;
     page.start.range = options.colors.given_range();
     Ok(page)
-}
-
-/// The surface of a file.
-fn surface(path: &Path, model: &Model) -> Result<Surface, Failure> {
-    mesh_work::surface(&model.soup)
-        .map_err(|source| Failure::Surface { path: path.to_owned(), source: Box::new(source) })
 }
 
 fn measure(

@@ -184,7 +184,7 @@ impl BlockMesh {
         }
     }
 
-    /// The bucket of each of these edges; [`HELD`] if an end is not free.
+    /// The bucket of each edge in the range; [`HELD`] if an end is not free.
     #[inline(always)]
     fn buckets<S: Simd>(&self, simd: S, edges: Range<u32>, is_free: &[bool]) -> Vec<u16> {
         let (start, mut all) = (edges.start, vec![HELD; edges.len()]);

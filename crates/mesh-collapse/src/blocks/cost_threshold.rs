@@ -18,7 +18,7 @@ pub struct CostThreshold {
     first: u32,
 }
 
-/// The unit of these shares.
+/// The number that stands for all blocks: shares are multiples of its reciprocal.
 const WHOLE: u32 = 1 << 16;
 
 /// The number of faces of a block, and the number that is removed at each cost.

@@ -137,9 +137,9 @@ impl<'a> FlatMesh<'a> {
 /// A part of a mesh that is collapsed separately, as arrays. A [`FlatMesh`] is made from it and can be turned back into
 /// it.
 ///
-/// It contains every face with a corner among its own vertices. The vertices after the own ones belong elsewhere, and
-/// are included only as corners of these faces. Neither they nor their neighbours move, so the parts do not affect each
-/// other.
+/// It contains every face with a corner among its own vertices. Its other vertices, which come after its own, belong to
+/// other parts and are corners of the faces only. Neither the other vertices nor their neighbours move, so the parts do
+/// not affect each other.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Fragment {

@@ -68,7 +68,7 @@ impl<S: Simd> Vectors<S> {
         }
     }
 
-    /// The last three vectors of these, followed by the first of others.
+    /// The last three of four vectors, followed by the first of the others.
     #[inline(always)]
     pub(super) fn following(self, others: Self) -> Self {
         let (x, y) = (self.x.slide::<1>(others.x), self.y.slide::<1>(others.y));

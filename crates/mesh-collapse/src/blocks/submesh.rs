@@ -9,8 +9,8 @@ use crate::record::log::LogEntry;
 
 /// A block with all faces that have a corner in it, as a separate mesh with maps to the whole mesh.
 ///
-/// Vertices of other blocks are included only as corners of these faces. If the faces at such a vertex form several
-/// fans, it is split, so that the submesh is a manifold.
+/// Vertices of other blocks are included only as corners of the faces. If the faces at such a vertex form several fans,
+/// the vertex is split, so that the submesh is a manifold.
 pub(super) struct Submesh {
     pub(super) mesh: TriMesh,
     /// For each vertex, whether all faces around it have all corners in the block. Only edges between two such vertices

@@ -32,7 +32,7 @@ impl ValenceTable {
         topology.edge_vertices(edge).iter().any(|&v| self.is_crowded(v))
     }
 
-    /// Updates the valences after a collapse; `apexes` are the third corners of the vanished faces. Each of these faces
+    /// Updates the valences after a collapse; `apexes` are the third corners of the vanished faces. Each vanished face
     /// has merged two edges into one.
     pub(super) fn collapsed(
         &mut self,

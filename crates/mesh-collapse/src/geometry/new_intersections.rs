@@ -118,7 +118,7 @@ impl NewIntersections {
         self.update(mesh, mesh.topology().faces_of_vertex(kept));
     }
 
-    /// Updates the structure after an edit of these faces.
+    /// Updates the structure after `faces` were edited.
     pub fn update(&mut self, mesh: &TriMesh, faces: impl IntoIterator<Item = FaceId>) {
         if 2 * mesh.topology().face_count() < self.faces {
             (self.tree, self.faces) = (FaceTree::new(mesh), mesh.topology().face_count());

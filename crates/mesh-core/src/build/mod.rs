@@ -39,6 +39,7 @@ pub use repair::{Repair, Weld};
 pub use report::BuildReport;
 pub use sample::{Sample, VertexPair};
 pub use triangulate::{Triangulation, Triangulator};
+pub(crate) use weld::position_key;
 pub use weld::{weld_exact, weld_within};
 
 pub use draft::has_zero_area;

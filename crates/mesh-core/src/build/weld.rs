@@ -19,11 +19,16 @@ pub fn weld_exact(positions: &[DVec3]) -> Vec<u32> {
         .iter()
         .enumerate()
         .map(|(vertex, &position)| {
-            // Adding zero turns -0.0 into 0.0 and changes nothing else.
-            let key = (position + DVec3::ZERO).to_array().map(f64::to_bits);
+            let key = position_key(position);
             table.find_or_insert(key, vertex as u32, |other| positions[other as usize] == position)
         })
         .collect()
+}
+
+/// The bits of a position, equal for equal positions.
+pub(crate) fn position_key(position: DVec3) -> [u64; 3] {
+    // Adding zero turns -0.0 into 0.0 and changes nothing else.
+    (position + DVec3::ZERO).to_array().map(f64::to_bits)
 }
 
 impl Weld {

@@ -25,7 +25,7 @@ use std::collections::{BTreeSet, BinaryHeap};
 
 use glam::DVec3;
 
-use crate::build::{Triangulation, Triangulator};
+use crate::build::{Triangulation, Triangulator, position_key};
 use crate::edit::{NoRoom, Ring};
 use crate::mesh::TriMesh;
 use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
@@ -325,11 +325,6 @@ impl Copies {
         let faces = self.of(mesh, wanted[0]).flat_map(|v| topology.faces_of_vertex(v));
         faces.into_iter().find(|&face| corners(topology.face_vertices(face)) == keys)
     }
-}
-
-/// Equal for equal positions; 0 and -0 are equal.
-fn position_key(position: DVec3) -> [u64; 3] {
-    (position + 0.0).to_array().map(f64::to_bits)
 }
 
 /// The entries with a key, in a list that ascends by key.
