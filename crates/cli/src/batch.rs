@@ -27,8 +27,8 @@ use crate::text::printable;
 /// Options of the commands that take many files.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Job {
-    /// The files to read, and folders whose mesh files are read, those in folders below too; `-` is
-    /// the standard input
+    /// Files to read, and folders: all mesh files in a folder and in the folders below are read. `-`
+    /// is the standard input
     #[arg(value_name = "IN", required = true, help_heading = None)]
     pub(crate) inputs: Vec<PathBuf>,
     /// The file to write, a folder for the results of several files, or `-` for the standard output

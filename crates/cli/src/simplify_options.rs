@@ -146,9 +146,12 @@ pub(crate) struct Policy {
     /// the faces remain [default: that of the preset]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 0..=MOST_ROUNDS))]
     fit_rounds: Option<usize>,
-    /// Error norm that fitting minimises: `l1` the mean, `l2` the root mean square, `max` the largest
-    /// distance, with a higher mean [default: l2]
-    #[arg(long, value_name = "NORM", value_parser = |s: &str| s.parse::<FitNorm>())]
+    /// Error norm that fitting minimises [default: l2]
+    ///
+    /// - l1:  the mean distance
+    /// - l2:  the root mean square distance
+    /// - max: the largest distance; the mean rises
+    #[arg(long, value_name = "NORM", verbatim_doc_comment, value_parser = |s: &str| s.parse::<FitNorm>())]
     norm: Option<FitNorm>,
     /// Anneal for so many seconds at most, with the presets quality and extreme
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]

@@ -30,8 +30,8 @@ use crate::task::{Done, Report, Task};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Info {
-    /// The files to read, and folders whose mesh files are read, including folders below; `-` is the
-    /// standard input
+    /// Files to read, and folders: all mesh files in a folder and in the folders below are read. `-`
+    /// is the standard input
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
