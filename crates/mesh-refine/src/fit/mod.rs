@@ -193,6 +193,11 @@ pub(crate) fn fit_observed(
                 }
             }
         };
+        if round == 0 && paired.largest() <= nothing_to_gain(original) {
+            report.rms_before = paired.mean(Power::SQUARE).sqrt();
+            report.rms_last = report.rms_before;
+            break;
+        }
         let density = share_of_one(1) * faces.len() as f64 / paired.target_count().max(1) as f64;
         let power = options.norm.power(round);
         if options.tail > 0.0 {
@@ -243,6 +248,13 @@ pub(crate) fn fit_observed(
         report.rounds += 1;
     }
     Ok(report)
+}
+
+/// The squared distance below which a mesh is at the original, up to the rounding of coordinates in single precision. On
+/// the flat parts of such a mesh the equations leave positions free, so that a step could only lead away.
+fn nothing_to_gain(original: &Surface) -> f64 {
+    let distance = f64::from(f32::EPSILON) * original.bounding_box().diagonal();
+    distance * distance
 }
 
 /// Fits in which only a few vertices of a mesh move, and whose pairs are given.
