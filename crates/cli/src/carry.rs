@@ -31,11 +31,11 @@ pub(crate) struct Carry {
     /// surface, are a crease
     #[arg(long, value_name = "DEGREES", default_value = "40", value_parser = parse_angle)]
     crease_angle: f64,
-    /// Keep creases as feature lines, as borders of texture charts, materials and groups always are
+    /// Keep creases as feature lines, as borders of texture charts, materials and groups are
     #[arg(long)]
     keep_creases: bool,
     /// Leave out texture coordinates, normals, colours, materials and groups
-    #[arg(long, conflicts_with_all = ["attribute_weight", "normal_weight", "crease_angle", "keep_creases"])]
+    #[arg(long, conflicts_with_all = OF_ATTRIBUTES)]
     no_attributes: bool,
 }
 

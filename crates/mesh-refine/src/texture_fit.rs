@@ -58,7 +58,7 @@ impl TextureCheck<'_> {
 
     /// The faces whose orientation in the texture differs from the orientation at their source.
     pub fn folded(&self, mesh: &TriMesh) -> Vec<FaceId> {
-        let sources = corner_sources(self.original, self.seams, mesh, self.vertex_map);
+        let sources = corner_sources(self.original, self.seams, None, mesh, self.vertex_map);
         let from = self.original.topology();
         let turns = |face: &FaceId| {
             let sides = mesh.topology().face_half_edges(*face);

@@ -1,16 +1,17 @@
 //! Transfer of texture coordinates, normals, colours, labels and materials to a simplified mesh.
 //!
-//! Seams are feature lines of the simplification. Attributes inside the charts are part of its cost. Each corner
+//! Seams are feature lines of the simplification, as far as the wanted number of faces leaves room for them. Attributes inside the charts are part of its cost. Each corner
 //! of the result then takes the attributes of the input at the closest point in its chart.
 
 use glam::DVec3;
-use mesh_core::{HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
 use mesh_io::{Blend, Model, ModelError};
 use simplify::{
-    AttributeOptions, CornerAttributes, CornerSource, Options, SimplifyError, corner_sources,
-    seam_nodes,
+    AttributeOptions, CornerAttributes, CornerSource, Options, SimplifyError, Target,
+    corner_sources, seam_nodes,
 };
 
+use crate::charts::MergedCharts;
 use crate::loaded::Source;
 use crate::normals::settle_normals;
 use crate::seams::Seams;
@@ -28,7 +29,8 @@ pub struct AttributeRules {
     pub normal_weight: f64,
     /// Angle in radians. An edge is a crease if the normals of the file on both sides differ by more.
     pub crease_angle: f64,
-    /// Whether creases are feature lines. Borders of texture charts, materials, groups and labels always are.
+    /// Whether creases are feature lines. Borders of texture charts, materials, groups and labels are, unless
+    /// [`Attributes::merge_charts`] merges charts.
     pub keep_creases: bool,
     /// Whether attributes are transferred. If not, the result has positions and faces only.
     pub carry: bool,
@@ -53,6 +55,7 @@ pub struct Attributes {
     rules: AttributeRules,
     flat_shaded: bool,
     of_corners: Option<CornerAttributes>,
+    merged: Option<MergedCharts>,
 }
 
 impl Attributes {
@@ -77,7 +80,7 @@ impl Attributes {
         if rules.carry {
             of_corners = corner_attributes(source, &seams, &rules, !flat_shaded)?;
         }
-        Ok(Self { seams, rules, flat_shaded, of_corners })
+        Ok(Self { seams, rules, flat_shaded, of_corners, merged: None })
     }
 
     /// Whether the mesh is flat-shaded: the corners of a face share one normal. The result has no normals then.
@@ -92,6 +95,36 @@ impl Attributes {
         self.seams.count()
     }
 
+    /// Merges the smallest charts with neighbours if the borders of all charts need more than a fifth of the wanted faces.
+    /// Collapses then cross the borders of merged charts, and each face of the result takes the attributes of one
+    /// chart. Nothing is merged if creases are kept.
+    ///
+    /// Returns the numbers of charts before and after, if there are fewer.
+    pub fn merge_charts(&mut self, mesh: &TriMesh, target: &Target) -> Option<[usize; 2]> {
+        // A mesh has about twice as many faces as vertices.
+        let by_vertices = 2 * target.vertices.unwrap_or(0);
+        let faces = target.face_target(mesh.topology().face_count()).max(by_vertices);
+        if faces == 0 {
+            // Another limit ends the run, and the borders are no obstacle to it.
+            return None;
+        }
+        let is_wanted = !self.rules.keep_creases && self.seams.count() > 0;
+        let merged =
+            is_wanted.then(|| MergedCharts::make_room(mesh, &self.seams.edges, faces)).flatten()?;
+        if let Some(corners) = &mut self.of_corners {
+            let guides = merged.guides(mesh);
+            *corners = corners.taking(mesh, |h| guides[h]);
+        }
+        let counts = [merged.before, merged.after];
+        self.merged = Some(merged);
+        Some(counts)
+    }
+
+    /// The seams that stay.
+    fn kept_seams(&self) -> &EdgeMap<bool> {
+        self.merged.as_ref().map_or(&self.seams.edges, |merged| &merged.seams)
+    }
+
     /// Makes the seams feature edges, locks the vertices where seams meet, and adds the attributes to the cost.
     pub fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
         let topology = mesh.topology();
@@ -99,10 +132,10 @@ impl Attributes {
             let constraints = &mut options.protect;
             let features = constraints.features.get_or_insert_with(|| topology.edge_map(false));
             for edge in topology.edges() {
-                features[edge] |= self.seams.edges[edge];
+                features[edge] |= self.kept_seams()[edge];
             }
             let locked = constraints.locked.get_or_insert_with(|| topology.vertex_map(false));
-            let nodes = seam_nodes(topology, &self.seams.edges);
+            let nodes = seam_nodes(topology, self.kept_seams());
             for v in topology.vertices() {
                 locked[v] |= nodes[v];
             }
@@ -126,7 +159,13 @@ impl Attributes {
         if !self.rules.carry {
             return Ok(Model::from(result));
         }
-        let sources = corner_sources(loaded.mesh, &self.seams.edges, result, became);
+        let sources = corner_sources(
+            loaded.mesh,
+            self.kept_seams(),
+            self.merged.as_ref().map(|merged| &merged.charts),
+            result,
+            became,
+        );
         let topology = result.topology();
         // An isolated vertex has its position only.
         let mut vertices = vec![Blend::one(0); topology.vertex_capacity()];

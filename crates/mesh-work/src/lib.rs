@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod attributes;
+mod charts;
 mod face_curvature;
 mod frame_curvature;
 mod holes;

@@ -141,11 +141,8 @@ impl Options {
             }
             Preset::ThinFeatures => {
                 // An earlier switch than by default, because the quadrics of the start do not know curvature.
-                let cost = CostOptions {
-                    curvature_weight: 1.0,
-                    switch_ratio: Some(12.0),
-                    ..plain.cost
-                };
+                let cost =
+                    CostOptions { curvature_weight: 1.0, switch_ratio: Some(12.0), ..plain.cost };
                 Self { cost, ..plain }
             }
             Preset::PaperL1 => plain.norm(Metric::CurvatureL1).unguarded(),

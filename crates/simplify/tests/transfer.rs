@@ -56,7 +56,7 @@ fn linear_data_is_reproduced() {
         options.protect.locked = Some(seam_nodes(topology, &seams));
         options.attributes.corners = Some(CornerAttributes::new(&mesh, true, place).unwrap());
         let result = simplify(&mesh, &options).unwrap();
-        let sources = corner_sources(&mesh, &seams, &result.mesh, &result.vertex_map);
+        let sources = corner_sources(&mesh, &seams, None, &result.mesh, &result.vertex_map);
         let new = result.mesh.topology();
         assert!(new.face_count() <= 60);
         for face in new.faces() {
@@ -90,7 +90,7 @@ fn faces_do_not_turn_over_in_the_texture() {
         options.attributes = AttributeOptions { corners: Some(corners), weight };
         let result = simplify(&mesh, &options).unwrap();
         let no_seam = topology.edge_map(false);
-        let sources = corner_sources(&mesh, &no_seam, &result.mesh, &result.vertex_map);
+        let sources = corner_sources(&mesh, &no_seam, None, &result.mesh, &result.vertex_map);
         let turns = |face| {
             let [a, b, c] = result.mesh.topology().face_half_edges(face).map(|h| {
                 let source = sources[h].unwrap();

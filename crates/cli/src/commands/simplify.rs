@@ -44,6 +44,10 @@ pub(crate) struct Simplify {
     policy: Policy,
     #[command(flatten)]
     carry: Carry,
+    /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default, the
+    /// smallest charts are merged with their neighbours if the borders need more than a fifth of the wanted faces
+    #[arg(long, help_heading = "Attributes", conflicts_with = "no_attributes")]
+    keep_seams: bool,
     #[command(flatten)]
     interruption: Interruption,
     #[command(flatten)]
@@ -77,6 +81,9 @@ struct Results {
     boundary_shift: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<Fit>,
+    /// Absent if no charts were merged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    charts: Option<Charts>,
     #[serde(skip_serializing_if = "Option::is_none")]
     passes: Option<Passes>,
 }
@@ -86,6 +93,13 @@ struct Results {
 struct Achieved {
     lower: f64,
     upper: Option<f64>,
+}
+
+/// The number of charts between seams, before and after some were merged.
+#[derive(Clone, Copy, Serialize)]
+struct Charts {
+    before: usize,
+    after: usize,
 }
 
 #[derive(Serialize)]
@@ -115,20 +129,21 @@ pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Fail
 fn one(options: &Simplify, task: &Task, given: &Given, console: &Console) -> Result<Done, Failure> {
     if options.large.is_needed(&task.input, &options.job.loading)? {
         given.refuse(&OF_ATTRIBUTES, ONLY_SHAPES)?;
+        given.refuse(&["keep_seams"], ONLY_SHAPES)?;
         return in_regions(options, task, console);
     }
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
-    let attributes = options.carry.find(&loaded, console)?;
-    let (simplified, settings) = Seconds::time(&mut seconds.compute, || {
-        reduce(&loaded.mesh, options, &attributes, console)
+    let mut attributes = options.carry.find(&loaded, console)?;
+    let (simplified, settings, charts) = Seconds::time(&mut seconds.compute, || {
+        reduce(&loaded.mesh, options, &mut attributes, console)
     })?;
     let model = attributes
         .carry(loaded.source(), &simplified.mesh, &simplified.vertex_map)
         .map_err(Failure::model)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let faces_in = loaded.mesh.topology().face_count();
-    let results = Results::new(options, settings, faces_in, &simplified);
+    let results = Results { charts, ..Results::new(options, settings, faces_in, &simplified) };
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
         let page = page(task, &options.job.loading, &loaded, &simplified.mesh, &model)?;
@@ -218,11 +233,19 @@ fn page(
 fn reduce(
     mesh: &TriMesh,
     options: &Simplify,
-    attributes: &Attributes,
+    attributes: &mut Attributes,
     console: &Console,
-) -> Result<(Simplified, Options), Failure> {
+) -> Result<(Simplified, Options, Option<Charts>), Failure> {
     let goals = options.targets.goals(mesh, options.job.loading.relative)?;
     let mut chosen = options.policy.options(mesh, goals.limits);
+    let merged = (!options.keep_seams).then(|| attributes.merge_charts(mesh, &chosen.target));
+    let charts = merged.flatten().map(|[before, after]| Charts { before, after });
+    if let Some(Charts { before, after }) = charts {
+        console.message(format_args!(
+            "charts of textures, materials and labels: {before} -> {after}; the borders of all would need more than a \
+             fifth of the wanted faces (--keep-seams keeps them, --no-attributes leaves them out)"
+        ));
+    }
     attributes.constrain(mesh, &mut chosen);
     chosen.record = false;
     if let Some(error) = goals.max_error {
@@ -231,7 +254,7 @@ fn reduce(
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &chosen, &mut |now| show(&bar, now));
     bar.finish_and_clear();
-    result.map(|result| (result, settings(&chosen))).map_err(Failure::simplify)
+    result.map(|result| (result, settings(&chosen), charts)).map_err(Failure::simplify)
 }
 
 impl Results {
@@ -251,6 +274,7 @@ impl Results {
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,
             fit: result.fit.as_ref().map(Fit::from),
+            charts: None,
             passes: None,
         }
     }

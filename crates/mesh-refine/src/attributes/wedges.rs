@@ -47,19 +47,27 @@ impl CornerAttributes {
         if N > MAX_CHANNELS {
             return Err(RefineError::Channels { channels: N, most: MAX_CHANNELS });
         }
+        let wedge = mesh.topology().half_edge_map(NO_WEDGE);
+        let mut all = Self { wedge, values: Vec::new(), has_texture };
+        all.add_vertices(mesh, &of_corner);
+        Ok(all)
+    }
+
+    fn add_vertices<const N: usize>(
+        &mut self,
+        mesh: &TriMesh,
+        of_corner: &impl Fn(HalfEdgeId) -> [f64; N],
+    ) {
         let topology = mesh.topology();
-        let mut all =
-            Self { wedge: topology.half_edge_map(NO_WEDGE), values: Vec::new(), has_texture };
         let mut corners = Vec::new();
         for v in topology.vertices() {
             corners.clear();
             corners.extend(topology.outgoing(v).filter(|&h| !topology.is_exterior(h)));
-            all.add_vertex(&corners, &of_corner);
+            self.add_vertex(&corners, of_corner);
             if let ([first, .., last], false) = (&corners[..], topology.is_boundary_vertex(v)) {
-                all.join_ends(&corners, [*first, *last]);
+                self.join_ends(&corners, [*first, *last]);
             }
         }
-        Ok(all)
     }
 
     /// Cuts the corners of a vertex, in order, into wedges.
@@ -93,6 +101,19 @@ impl CornerAttributes {
                 self.wedge[h] = first;
             }
         }
+    }
+
+    /// The same kind of data, in which each corner has the values of the corner that `of_corner` names.
+    #[must_use]
+    pub fn taking(&self, mesh: &TriMesh, of_corner: impl Fn(HalfEdgeId) -> HalfEdgeId) -> Self {
+        let topology = mesh.topology();
+        let mut all = Self {
+            wedge: topology.half_edge_map(NO_WEDGE),
+            values: Vec::new(),
+            has_texture: self.has_texture,
+        };
+        all.add_vertices(mesh, &|h| *self.value(of_corner(h)));
+        all
     }
 
     /// Whether the first two values are texture coordinates.

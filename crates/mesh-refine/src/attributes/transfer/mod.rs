@@ -10,12 +10,14 @@
 //!   their values from the face on that side.
 //! - Vertices at which seams end, fork or cross have not moved. Each of their corners takes the value of the original
 //!   corner between the same seams.
+//! - Where collapses crossed the border of two charts, a face may have corners in both. It takes all its values from
+//!   the chart at its centroid.
 
 mod clusters;
 pub(crate) mod seams;
 
 use glam::DVec3;
-use mesh_core::{EdgeMap, FaceId, HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeMap, FaceId, FaceMap, HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, VertexMap};
 use mesh_metric::{closest_on_triangle, weights_of_closest};
 
 use crate::attributes::transfer::clusters::Clusters;
@@ -36,12 +38,15 @@ pub struct CornerSource {
 /// simplification, and their [`seam_nodes`](crate::seam_nodes) must have been locked. `became` maps vertices of the
 /// original to vertices of the result (`Simplified::vertex_map` of the crate `simplify`).
 ///
+/// `charts` are the charts of the faces of the original if there are borders of charts that are not among the seams.
+///
 /// The source is `None` for half-edges without a face, and for corners of faces none of whose vertices come from the
 /// original.
 #[must_use]
 pub fn corner_sources(
     original: &TriMesh,
     seams: &EdgeMap<bool>,
+    charts: Option<&FaceMap<u32>>,
     result: &TriMesh,
     vertex_map: &VertexMap<Option<VertexId>>,
 ) -> HalfEdgeMap<Option<CornerSource>> {
@@ -62,6 +67,9 @@ pub fn corner_sources(
         }
     }
     transfer.place_new(open, &mut sources);
+    if let Some(charts) = charts {
+        transfer.settle_charts(charts, &mut sources);
+    }
     sources
 }
 
@@ -193,19 +201,44 @@ impl Transfer<'_> {
         let faces = cluster.iter().flat_map(|&u| topology.faces_of_vertex(u));
         let distances = faces.map(|face| (self.squared_distance(face, at), face));
         let (_, start) = distances.min_by(|p, q| p.0.total_cmp(&q.0))?;
-        self.on_face(self.descend(start, at), at)
+        self.on_face(self.descend(start, at, |_| true), at)
     }
 
-    /// Walks from face to face towards a point, without crossing seams, as long as the distance falls. Faces that share
+    /// Gives all corners of a face sources in one chart.
+    fn settle_charts(&self, charts: &FaceMap<u32>, sources: &mut Sources) {
+        let topology = self.result.topology();
+        for face in topology.faces() {
+            let sides = topology.face_half_edges(face);
+            let [Some(a), Some(b), Some(c)] = sides.map(|h| sources[h]) else { continue };
+            let faces = [a, b, c].map(|source| source.face);
+            if faces.iter().all(|&f| charts[f] == charts[faces[0]]) {
+                continue;
+            }
+            let corners = self.result.triangle(face);
+            let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let near = faces.into_iter().min_by(|&f, &g| {
+                self.squared_distance(f, centroid).total_cmp(&self.squared_distance(g, centroid))
+            });
+            let Some(near) = near else { continue };
+            let middle = self.descend(near, centroid, |_| true);
+            for (h, at) in sides.into_iter().zip(corners) {
+                let within = self.descend(middle, at, |f| charts[f] == charts[middle]);
+                sources[h] = self.on_face(within, at);
+            }
+        }
+    }
+
+    /// Walks over allowed faces towards a point, without crossing seams, as long as the distance falls. Faces that share
     /// only a corner are neighbours too: if the corner is the closest point of two faces, closer faces may lie beyond
     /// it.
-    fn descend(&self, start: FaceId, at: DVec3) -> FaceId {
+    fn descend(&self, start: FaceId, at: DVec3, is_allowed: impl Fn(FaceId) -> bool) -> FaceId {
         let topology = self.original.topology();
         let (mut face, mut least) = (start, self.squared_distance(start, at));
         loop {
             let corners = topology.face_half_edges(face).into_iter();
             let next = corners
                 .flat_map(|corner| self.fan(corner))
+                .filter(|&f| is_allowed(f))
                 .map(|f| (self.squared_distance(f, at), f))
                 .min_by(|p, q| p.0.total_cmp(&q.0));
             match next {
@@ -256,7 +289,7 @@ impl Transfer<'_> {
                 let known = corners.clone().find_map(|h| sources[topology.next(h)]);
                 let Some(known) = known else { return true };
                 let at = self.result.position(v);
-                let source = self.on_face(self.descend(known.face, at), at);
+                let source = self.on_face(self.descend(known.face, at, |_| true), at);
                 corners.for_each(|h| sources[h] = source);
                 false
             });
