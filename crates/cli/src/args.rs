@@ -230,6 +230,14 @@ pub(crate) fn parse_angle(text: &str) -> Result<f64, String> {
     }
 }
 
+/// An angle that all three of a triangle can have, in degrees, to radians.
+pub(crate) fn parse_narrow_angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if degrees > 0.0 && degrees < 60.0 => Ok(degrees.to_radians()),
+        _ => Err("expected an angle above 0 and below 60 degrees".into()),
+    }
+}
+
 pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
     Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())

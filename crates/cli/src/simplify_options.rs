@@ -7,13 +7,15 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
-use mesh_work::{Choices, Length, parse_length};
+use mesh_work::{Choices, ConstraintChoices, Length, parse_length};
 use simplify::{
     AttributeOptions, ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress,
-    Protect, Rejections, Target,
+    Protect, Rejection, Rejections, Target,
 };
 
-use crate::args::{parse_angle, parse_count, parse_not_negative, parse_seconds};
+use crate::args::{
+    parse_angle, parse_count, parse_narrow_angle, parse_not_negative, parse_seconds,
+};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
@@ -32,6 +34,11 @@ pub(crate) struct Targets {
     /// Stop at this share of the faces; for example 0.1 or 10% [default: 50% where no target is given]
     #[arg(long, value_name = "R", value_parser = parse_ratio)]
     ratio: Option<f64>,
+    /// Find the most faces whose file has at most this size, for example 5MB or 300k: K, M and G are
+    /// powers of 1000, KiB, MiB and GiB powers of 1024. Takes several runs; files beside the output,
+    /// such as pictures, are not counted
+    #[arg(long, value_name = "SIZE", value_parser = parse_file_size, conflicts_with_all = ["faces", "vertices", "ratio"])]
+    pub(crate) bytes: Option<u64>,
     /// Stay within this distance of the input, and the input within it of the result
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     max_error: Option<Length>,
@@ -46,8 +53,8 @@ pub(crate) struct Targets {
 impl Targets {
     /// Whether no target is given. Then half of the faces stay.
     pub(crate) fn is_empty(&self) -> bool {
-        let Self { faces, vertices, ratio, max_error, max_cost, time_limit } = self;
-        let counts = faces.is_some() || vertices.is_some() || ratio.is_some();
+        let Self { faces, vertices, ratio, bytes, max_error, max_cost, time_limit } = self;
+        let counts = faces.is_some() || vertices.is_some() || ratio.is_some() || bytes.is_some();
         !counts && max_error.is_none() && max_cost.is_none() && time_limit.is_none()
     }
 
@@ -67,8 +74,9 @@ impl Targets {
 
     /// The targets for a mesh that is larger than memory.
     pub(crate) fn regional_limits(&self) -> Result<Target, Failure> {
-        let Self { faces, vertices, max_error, max_cost, time_limit, .. } = self;
+        let Self { faces, vertices, bytes, max_error, max_cost, time_limit, .. } = self;
         let others = [
+            (bytes.is_some(), "--bytes"),
             (vertices.is_some(), "--vertices"),
             (max_error.is_some(), "--max-error"),
             (max_cost.is_some(), "--max-cost"),
@@ -247,12 +255,76 @@ impl Policy {
     }
 }
 
+/// What the result must keep, and limits on its faces.
+#[derive(Clone, Debug, Args)]
+#[command(
+    next_help_heading = "Constraints (each can leave more faces than asked for, which is said)"
+)]
+pub(crate) struct Constraining {
+    /// Keep the vertices and faces whose property of this name is not 0: vertices stay where they are,
+    /// faces stay with their three corners
+    #[arg(long, value_name = "PROPERTY")]
+    keep: Option<String>,
+    /// Importance of vertices, a property of at least 0: costs and errors near a vertex count so
+    /// many times
+    #[arg(long, value_name = "PROPERTY")]
+    weight: Option<String>,
+    /// Make no edge longer than this; edges of the input may stay
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    max_edge: Option<Length>,
+    /// Make no face with a smaller angle than this, which is below 60; faces of the input may stay
+    #[arg(long, value_name = "DEGREES", value_parser = parse_narrow_angle)]
+    min_angle: Option<f64>,
+    /// Give no vertex more edges than this, at least 3, or than a vertex of the input in its place
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 3..=usize::MAX))]
+    max_valence: Option<usize>,
+}
+
+impl Constraining {
+    /// The constraints for lengths of this kind.
+    pub(crate) fn choices(&self, relative: bool) -> ConstraintChoices {
+        let Self { keep, weight, max_edge, min_angle, max_valence } = self.clone();
+        ConstraintChoices { keep, weight, max_edge, min_angle, max_valence, relative }
+    }
+
+    /// Refuses constraints on a mesh that is larger than memory.
+    pub(crate) fn check_regional(&self) -> Result<(), Failure> {
+        let Self { keep, weight, max_edge, min_angle, max_valence } = self;
+        let given = [
+            (keep.is_some(), "--keep"),
+            (weight.is_some(), "--weight"),
+            (max_edge.is_some(), "--max-edge"),
+            (min_angle.is_some(), "--min-angle"),
+            (max_valence.is_some(), "--max-valence"),
+        ];
+        match given.into_iter().find(|(is_given, _)| *is_given) {
+            Some((_, name)) => Err(beyond_regions(name)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The option that causes a rejection; `None` for rules that always hold.
+pub(crate) fn cause(rejection: Rejection) -> Option<&'static str> {
+    Some(match rejection {
+        Rejection::Locked => "locked vertices (--keep, --lock-boundary, meeting points of seams)",
+        Rejection::Feature => "seams and feature lines (--no-attributes, --feature-angle)",
+        Rejection::Component => "--components",
+        Rejection::Intersection => "--no-intersections",
+        Rejection::TextureFold => "folds in the texture (--attribute-weight 0)",
+        Rejection::MaxEdge => "--max-edge",
+        Rejection::MinAngle => "--min-angle",
+        Rejection::MaxValence => "--max-valence",
+        _ => return None,
+    })
+}
+
 /// All settings of a run, with those of the preset, for reports. Maps over the elements of the mesh are left out.
 pub(crate) fn settings(options: &Options) -> Options {
     let Options { target, cost, placement, protect, refine, tolerance, attributes, record } =
         options;
     let &Protect { boundary, min_cosine, min_shape, .. } = protect;
-    let &Protect { min_component_vertices, forbid_intersections, .. } = protect;
+    let &Protect { min_component_vertices, forbid_intersections, limits, .. } = protect;
     Options {
         target: *target,
         cost: *cost,
@@ -263,6 +335,7 @@ pub(crate) fn settings(options: &Options) -> Options {
             min_shape,
             min_component_vertices,
             forbid_intersections,
+            limits,
             ..Protect::nothing()
         },
         refine: *refine,
@@ -273,8 +346,8 @@ pub(crate) fn settings(options: &Options) -> Options {
 }
 
 /// The fields of [`Targets`].
-pub(crate) const OF_TARGETS: [&str; 6] =
-    ["faces", "vertices", "ratio", "max_error", "max_cost", "time_limit"];
+pub(crate) const OF_TARGETS: [&str; 7] =
+    ["faces", "vertices", "ratio", "bytes", "max_error", "max_cost", "time_limit"];
 
 /// Each round reads all samples. After a few dozen rounds, nothing moves.
 const MOST_ROUNDS: usize = 1000;
@@ -319,6 +392,26 @@ pub(crate) fn parse_ratio(text: &str) -> Result<f64, String> {
     match number.parse::<f64>().map(|number| number / whole) {
         Ok(ratio) if (0.0..=1.0).contains(&ratio) => Ok(ratio),
         _ => Err("expected a number from 0 to 1, or a percentage such as 10%".into()),
+    }
+}
+
+/// A size of a file, with K, M or G for powers of 1000, and KiB, MiB or GiB for powers of 1024.
+fn parse_file_size(text: &str) -> Result<u64, String> {
+    let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match &text[number.len()..].to_ascii_lowercase()[..] {
+        "" | "b" => 1.0,
+        "k" | "kb" => 1e3,
+        "m" | "mb" => 1e6,
+        "g" | "gb" => 1e9,
+        "kib" => 1024.0,
+        "mib" => 1024.0 * 1024.0,
+        "gib" => 1024.0 * 1024.0 * 1024.0,
+        _ => f64::NAN,
+    };
+    // Up to 2^53, every whole number is exact in this type.
+    match number.trim_end().parse::<f64>().map(|number| (number * unit).floor()) {
+        Ok(bytes) if (1.0..=9_007_199_254_740_992.0).contains(&bytes) => Ok(bytes as u64),
+        _ => Err("expected a size of a file, such as 5MB, 1.5M, 300k or 2MiB".into()),
     }
 }
 

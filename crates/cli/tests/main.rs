@@ -5,6 +5,7 @@ mod book;
 mod commands;
 mod common;
 mod compare;
+mod constraints;
 mod counts;
 mod faults;
 mod interrupt;

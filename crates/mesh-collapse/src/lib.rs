@@ -13,8 +13,8 @@ mod record;
 mod rejection;
 
 pub use constraint::{
-    CloneConstraint, ComponentConstraint, Constraint, Constraints, IntersectionConstraint,
-    NormalConstraint, ShapeConstraint,
+    CloneConstraint, ComponentConstraint, Constraint, Constraints, FaceLimits,
+    IntersectionConstraint, NormalConstraint, ShapeConstraint,
 };
 pub use cost::{Cost, CostModifier, GarlandHeckbert, Hybrid, Memoryless, Reach};
 #[cfg(feature = "curvature")]

@@ -1,9 +1,10 @@
 //! Protected parts of a mesh: boundaries, features, and locked vertices.
 
-use mesh_core::{EdgeId, EdgeMap, Remap, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, EdgeMap, FaceMap, Remap, Topology, TriMesh, VertexId, VertexMap};
 
 use crate::constraint::{
-    ComponentConstraint, Constraints, IntersectionConstraint, NormalConstraint, ShapeConstraint,
+    ComponentConstraint, Constraints, FaceLimits, IntersectionConstraint, NormalConstraint,
+    ShapeConstraint,
 };
 use crate::geometry::edge_patch::Collapse;
 use crate::policy::Policy;
@@ -23,7 +24,8 @@ pub enum Boundary {
     Free,
 }
 
-/// What a mesh must keep: boundary, locked vertices, feature lines, and the shape of its faces.
+/// What a mesh must keep: boundary, locked vertices and edges, feature lines, and the shape of its faces; and how much
+/// its parts count.
 ///
 /// Every stage obeys the same set. [`Protect::default`] rejects collapses that fold the surface or make slivers;
 /// [`Protect::nothing`] rejects nothing.
@@ -38,6 +40,17 @@ pub struct Protect {
     /// line; ends, forks and crossings of lines are locked. A map shorter than the mesh has no features beyond its
     /// end.
     pub features: Option<EdgeMap<bool>>,
+    /// Edges that stay: they are neither flipped nor split, and their ends are locked; see [`Protect::keep_faces`]. A
+    /// map shorter than the mesh keeps no edges beyond its end.
+    pub kept: Option<EdgeMap<bool>>,
+    /// Importance of each vertex, at least 0. A collapse costs as many times more as the more important of its ends
+    /// says, and the vertex that remains is as important. Fit and annealing count squared distances as many times more,
+    /// on each face of the input by the mean of its corners. The reduction of the largest errors lowers true distances,
+    /// and uses the importance only for its collapses. A vertex beyond the end of the map has the mean of its
+    /// neighbours, or 1.
+    pub importance: Option<VertexMap<f64>>,
+    /// Limits on edges, angles and valences of new faces.
+    pub limits: FaceLimits,
     /// Smallest cosine between the normals of a face before and after a collapse; `None` allows any turn. See
     /// [`NormalConstraint`].
     pub min_cosine: Option<f64>,
@@ -68,11 +81,33 @@ impl Protect {
             boundary: Boundary::Free,
             locked: None,
             features: None,
+            kept: None,
+            importance: None,
+            limits: FaceLimits::default(),
             min_cosine: None,
             min_shape: None,
             min_component_vertices: None,
             forbid_intersections: false,
         }
+    }
+
+    /// Adds vertices that stay exactly where they are.
+    pub fn keep_vertices(&mut self, topology: &Topology, keep: impl Fn(VertexId) -> bool) {
+        let locked = self.locked.get_or_insert_with(|| VertexMap::from_vec(Vec::new()));
+        locked.grow_with(topology, false);
+        topology.vertices().filter(|&v| keep(v)).for_each(|v| locked[v] = true);
+    }
+
+    /// Adds faces that stay exactly as they are, with their corners.
+    pub fn keep_faces(&mut self, topology: &Topology, keep: &FaceMap<bool>) {
+        let mut corners = topology.vertex_map(false);
+        let kept = self.kept.get_or_insert_with(|| EdgeMap::from_vec(Vec::new()));
+        kept.grow_with(topology, false);
+        for (face, _) in keep.live(topology).filter(|(_, keep)| **keep) {
+            topology.face_edges(face).into_iter().for_each(|e| kept[e] = true);
+            topology.face_vertices(face).into_iter().for_each(|v| corners[v] = true);
+        }
+        self.keep_vertices(topology, |v| corners[v]);
     }
 
     /// The constraints on collapses that follow from the limits on faces and components.
@@ -88,6 +123,9 @@ impl Protect {
         if let Some(min_shape) = self.min_shape {
             constraints.push(ShapeConstraint { min_shape });
         }
+        if self.limits.is_any() {
+            constraints.push(self.limits);
+        }
         // The most expensive check comes last.
         if self.forbid_intersections {
             constraints.push(IntersectionConstraint::default());
@@ -96,13 +134,18 @@ impl Protect {
     }
 }
 
-/// The locked vertices, the feature edges and the constraints of a mesh, updated with its collapses.
+/// The protected vertices and edges, the importance of vertices and the constraints of a mesh, updated with its
+/// collapses.
 #[derive(Clone, Debug, Default)]
 pub struct Protected {
     /// `None` if there are none.
     pub locked: Option<VertexMap<bool>>,
     /// `None` if none were given.
     pub features: Option<EdgeMap<bool>>,
+    /// Edges that stay; `None` if none were given.
+    pub kept: Option<EdgeMap<bool>>,
+    /// Importance of vertices; `None` if none were given.
+    pub importance: Option<VertexMap<f64>>,
     /// The constraints, already prepared for the mesh.
     pub constraints: Constraints,
 }
@@ -122,14 +165,20 @@ impl Protected {
             locked[v] = true;
             any_locked = true;
         }
-        let features = protect.features.as_ref().map(|given| {
-            let mut features = topology.edge_map(false);
+        let of_mesh = |given: &EdgeMap<bool>| {
+            let mut marks = topology.edge_map(false);
             for e in topology.edges() {
-                features[e] = given.get(e).is_some_and(|&feature| feature);
+                marks[e] = given.get(e).is_some_and(|&mark| mark);
             }
-            features
-        });
-        Self { locked: any_locked.then_some(locked), features, constraints }
+            marks
+        };
+        Self {
+            locked: any_locked.then_some(locked),
+            features: protect.features.as_ref().map(of_mesh),
+            kept: protect.kept.as_ref().map(of_mesh),
+            importance: protect.importance.as_ref().map(|given| importance(topology, given)),
+            constraints,
+        }
     }
 
     /// Whether a vertex neither moves nor vanishes.
@@ -140,6 +189,12 @@ impl Protected {
     /// Whether an edge belongs to a feature line.
     pub fn is_feature(&self, e: EdgeId) -> bool {
         self.features.as_ref().is_some_and(|features| features[e])
+    }
+
+    /// The factor on the cost of an edge with these ends.
+    #[inline]
+    pub(crate) fn cost_factor(&self, ends: [VertexId; 2]) -> f64 {
+        self.importance.as_ref().map_or(1.0, |map| map[ends[0]].max(map[ends[1]]))
     }
 
     /// Updates the data after a collapse; `merged` are pairs of edges that were merged, the removed edge first.
@@ -153,9 +208,12 @@ impl Protected {
         if let Some(locked) = &mut self.locked {
             locked[kept] |= locked[removed];
         }
-        if let Some(features) = &mut self.features {
+        if let Some(importance) = &mut self.importance {
+            importance[kept] = importance[kept].max(importance[removed]);
+        }
+        for marks in [&mut self.features, &mut self.kept].into_iter().flatten() {
             for (gone, stays) in merged.into_iter().flatten() {
-                features[stays] |= features[gone];
+                marks[stays] |= marks[gone];
             }
         }
         self.constraints.collapsed(mesh, collapse);
@@ -165,8 +223,23 @@ impl Protected {
     pub fn compact(&self, mesh: &TriMesh, remap: &Remap) -> Self {
         let locked = self.locked.as_ref().map(|map| map.compact(remap));
         let features = self.features.as_ref().map(|map| map.compact(remap));
+        let kept = self.kept.as_ref().map(|map| map.compact(remap));
+        let importance = self.importance.as_ref().map(|map| map.compact(remap));
         let mut constraints = self.constraints.clone();
         constraints.compacted(mesh, remap);
-        Self { locked, features, constraints }
+        Self { locked, features, kept, importance, constraints }
     }
+}
+
+/// The importance of all vertices of a mesh from the importance of the first ones.
+fn importance(topology: &Topology, given: &VertexMap<f64>) -> VertexMap<f64> {
+    VertexMap::from_fn(topology, |v| {
+        if let Some(&known) = given.get(v) {
+            return known;
+        }
+        let ring = topology.contains_vertex(v).then(|| topology.one_ring(v)).into_iter().flatten();
+        let known = ring.filter_map(|w| given.get(w).copied());
+        let (sum, count) = known.fold((0.0, 0), |(sum, count), known| (sum + known, count + 1));
+        if count > 0 { sum / f64::from(count) } else { 1.0 }
+    })
 }

@@ -33,6 +33,12 @@ pub enum Rejection {
     Distance,
     /// An end of the edge has too many edges; the edge is tried again when it has fewer.
     Valence,
+    /// An edge would become too long.
+    MaxEdge,
+    /// An angle of a face would become too small.
+    MinAngle,
+    /// A vertex would get too many edges.
+    MaxValence,
     /// The cost or the new position is not a number.
     NotFinite,
     /// A custom constraint rejected the collapse for another reason.
@@ -55,6 +61,9 @@ impl Rejection {
         Self::TextureFold,
         Self::Distance,
         Self::Valence,
+        Self::MaxEdge,
+        Self::MinAngle,
+        Self::MaxValence,
         Self::NotFinite,
         Self::Other,
     ];
@@ -76,6 +85,9 @@ impl Rejection {
             Self::TextureFold => "texture_fold",
             Self::Distance => "distance",
             Self::Valence => "valence",
+            Self::MaxEdge => "max_edge",
+            Self::MinAngle => "min_angle",
+            Self::MaxValence => "max_valence",
             Self::NotFinite => "not_finite",
             Self::Other => "other",
         }

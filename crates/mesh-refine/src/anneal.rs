@@ -175,7 +175,12 @@ pub(crate) fn anneal_observed(
         options.samples_per_face.saturating_mul(faces).min(u32::MAX as usize),
         options.fit.seed,
     );
-    let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
+    let importance = constraints.original_importance.as_deref();
+    let points = Points {
+        places: samples.iter().map(|sample| sample.position).collect(),
+        importance: importance
+            .map(|of| samples.iter().map(|sample| of[sample.triangle as usize]).collect()),
+    };
     let power = options.fit.norm.last_power();
     let mut state = State::new(mesh.clone(), constraints.clone(), &points, power)?;
     let rms_before = state.rms();
@@ -208,7 +213,7 @@ pub(crate) fn anneal_observed(
 /// Input of the search for a better layout.
 struct LevelSearch<'a> {
     original: &'a Surface,
-    points: &'a [DVec3],
+    points: &'a Points,
     options: &'a AnnealOptions,
     most_faces: usize,
     schedule: Cooling,
@@ -244,7 +249,9 @@ impl LevelSearch<'_> {
                 break;
             }
             let count = starts.len();
-            let beginnings = CoarseStarts { starts, schedule, density, fit, points, power };
+            let points_of_layouts = &points.places;
+            let beginnings =
+                CoarseStarts { starts, schedule, density, fit, points: points_of_layouts, power };
             let nested = lay_out_nested(&mesh, original, &constraints, &beginnings, observer)?;
             let Some(Multiresolution { mesh: mut next, constraints, sweeps }) = nested else {
                 break;
@@ -307,6 +314,13 @@ impl LevelSearch<'_> {
     }
 }
 
+/// Points of the original, at which meshes are compared.
+struct Points {
+    places: Vec<DVec3>,
+    /// The factor on the power of the distance of each; `None` for 1.
+    importance: Option<Vec<f64>>,
+}
+
 /// A mesh and its error.
 struct State {
     mesh: TriMesh,
@@ -325,7 +339,7 @@ impl State {
     fn new(
         mesh: TriMesh,
         constraints: FitConstraints,
-        points: &[DVec3],
+        points: &Points,
         power: Power,
     ) -> Result<Self, SurfaceError> {
         let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
@@ -338,16 +352,18 @@ impl State {
             of_face: Vec::new(),
             sum: 0.0,
             squares: 0.0,
-            samples: points.len(),
+            samples: points.places.len(),
         };
         state.measured(points)
     }
 
-    fn measured(mut self, points: &[DVec3]) -> Result<Self, SurfaceError> {
+    fn measured(mut self, points: &Points) -> Result<Self, SurfaceError> {
         self.of_face = vec![0.0; self.mesh.topology().face_capacity()];
-        for closest in Surface::new(&self.mesh)?.closest_points(points) {
+        let closest = Surface::new(&self.mesh)?.closest_points(&points.places);
+        for (index, closest) in closest.into_iter().enumerate() {
             let squared = closest.offset.length_squared();
-            self.of_face[closest.face.index()] += self.power.of(squared);
+            let importance = points.importance.as_ref().map_or(1.0, |all| all[index]);
+            self.of_face[closest.face.index()] += importance * self.power.of(squared);
             self.squares += squared;
         }
         self.sum = self.of_face.iter().sum();
@@ -366,7 +382,7 @@ impl State {
     fn step(
         &self,
         original: &Surface,
-        points: &[DVec3],
+        points: &Points,
         cut: &[EdgeId],
         options: &FitOptions,
         observer: &mut Observer<'_>,
@@ -374,8 +390,11 @@ impl State {
         let mut mesh = self.mesh.clone();
         for &edge in cut {
             let [a, b] = mesh.segment(edge);
-            if let Ok(split) = mesh.topology().check_split_edge(edge) {
-                mesh.split_edge(split, a + 0.5 * (b - a));
+            let middle = a + 0.5 * (b - a);
+            if self.constraints.limits.allow_edge_split(&mesh, edge, middle)
+                && let Ok(split) = mesh.topology().check_split_edge(edge)
+            {
+                mesh.split_edge(split, middle);
             }
         }
         let once = FitOptions { rounds: 1, ..*options };
@@ -396,7 +415,7 @@ impl State {
         let constraints = back.constraints;
         fit_observed(&mut mesh, original, &constraints, options, observer)?;
         let (of_face, sum, squares) = (Vec::new(), 0.0, 0.0);
-        let (power, samples) = (self.power, points.len());
+        let (power, samples) = (self.power, points.places.len());
         Self { mesh, constraints, map, power, of_face, sum, squares, samples }
             .measured(points)
             .map_err(RefineError::from)
@@ -411,7 +430,7 @@ impl State {
             faces.map(|f| self.of_face[f.index()]).sum::<f64>()
         };
         let may_be_cut =
-            |&e: &EdgeId| !topology.is_boundary_edge(e) && !self.constraints.is_feature(e);
+            |&e: &EdgeId| !topology.is_boundary_edge(e) && !self.constraints.is_held(e);
         let candidates = topology.edges().filter(may_be_cut);
         // Weighted sampling: each edge waits for a random time with an exponential distribution whose rate is its
         // error, and the first edges are taken (Efraimidis and Spirakis 2006).

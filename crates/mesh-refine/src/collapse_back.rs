@@ -1,7 +1,7 @@
 //! Collapses that bring a mesh back to its number of faces after splits.
 
 use mesh_collapse::{
-    Boundary, Memoryless, Optimal, Phase, Placement, Policies, Policy, Protect, Start, Target,
+    Boundary, Memoryless, Optimal, Phase, Placement, Policies, Protect, Start, Target,
     cheapest_edges, collapse_edges_from,
 };
 use mesh_core::{EdgeId, Remap, RemapOf, TriMesh, VertexId, VertexMap};
@@ -35,6 +35,9 @@ impl CollapseBack<'_> {
             boundary: self.boundary,
             locked: Some(locked),
             features: constraints.features.clone(),
+            kept: constraints.kept.clone(),
+            importance: constraints.importance.clone(),
+            limits: constraints.limits,
             min_component_vertices: self.min_component_vertices,
             forbid_intersections: self.forbid_intersections,
             ..Protect::default()
@@ -107,18 +110,18 @@ pub fn collapse_back_placed(
         }
         new
     });
-    let features = run.features.map(|map| map.compact(&remap));
-    let mut followers = run.followers;
-    followers.compacted(mesh, &remap);
-    let FitConstraints { boundary_curve, feature_curve, .. } = constraints;
-    let (boundary_curve, feature_curve) = (boundary_curve.clone(), feature_curve.clone());
+    let left = run.protected.compact(mesh, &remap);
     Back {
         constraints: FitConstraints {
             fixed,
-            features,
-            boundary_curve,
-            feature_curve,
-            constraints: followers,
+            features: left.features,
+            kept: left.kept,
+            limits: constraints.limits,
+            importance: left.importance,
+            original_importance: constraints.original_importance.clone(),
+            boundary_curve: constraints.boundary_curve.clone(),
+            feature_curve: constraints.feature_curve.clone(),
+            constraints: left.constraints,
         },
         vertex_map: VertexMap::from_vec(vertex_map),
         remap,

@@ -69,7 +69,7 @@ const ROUNDS: usize = 3;
 const ONE_OF: usize = 4;
 
 /// Lays out a mesh again, and returns the best of several layouts. `None` if there are too few faces, if its vertices
-/// are held by features, locks or a boundary without a curve, or if the run was stopped.
+/// are held by features, locks, limits, their importance or a boundary without a curve, or if the run was stopped.
 pub(crate) fn lay_out_nested(
     mesh: &TriMesh,
     original: &Surface,
@@ -238,11 +238,13 @@ fn faces_at(stage: u32, faces: usize) -> usize {
 }
 
 fn is_held(mesh: &TriMesh, constraints: &FitConstraints) -> bool {
-    let FitConstraints { fixed, features, boundary_curve, .. } = constraints;
+    let FitConstraints { fixed, features, boundary_curve, limits, importance, .. } = constraints;
     let is_open = || mesh.topology().edges().any(|e| mesh.topology().is_boundary_edge(e));
     fixed.as_ref().is_some_and(|fixed| fixed.as_slice().contains(&true))
         || features.as_ref().is_some_and(|features| features.as_slice().contains(&true))
         || (boundary_curve.is_none() && is_open())
+        || limits.is_any()
+        || importance.is_some()
 }
 
 /// Cuts each face in four at the midpoints of its sides; the surface stays the same. Returns whether all elements could

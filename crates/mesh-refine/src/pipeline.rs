@@ -9,11 +9,12 @@ use crate::anneal::{AnnealOptions, AnnealReport, anneal_observed};
 use crate::curve::Curve;
 use crate::error::RefineError;
 use crate::fit::constraints::FitConstraints;
+use crate::fit::spread::area;
 use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
 use crate::observer::Observer;
 use crate::texture_fit::{Texture, TextureCheck, fit_unfolded};
-use mesh_collapse::{Boundary, Level, Protect, Protected};
+use mesh_collapse::{Boundary, FaceLimits, Level, Protect, Protected};
 
 /// A level and the refinement that it has had.
 pub struct Refined {
@@ -83,6 +84,9 @@ pub struct Pipeline<'a> {
     original: &'a Surface,
     /// The boundary and the feature lines of the original.
     curves: [Option<Arc<Curve>>; 2],
+    limits: FaceLimits,
+    /// The factor on the squared distances at each triangle of the original.
+    importance: Option<Arc<[f64]>>,
     steps: Steps,
     texture: Option<Texture<'a>>,
 }
@@ -92,19 +96,21 @@ impl<'a> Pipeline<'a> {
     pub fn new(
         mesh: &TriMesh,
         original: &'a Surface,
-        constraints: &Protect,
+        protect: &Protect,
         steps: Steps,
         texture: Option<Texture<'a>>,
     ) -> Self {
-        let boundary = match constraints.boundary {
+        let boundary = match protect.boundary {
             Boundary::Lock => None,
             _ => Curve::boundary(mesh),
         };
-        let features = constraints.features.as_ref().and_then(|features| {
+        let features = protect.features.as_ref().and_then(|features| {
             Curve::of_edges(mesh, |e| features.get(e).is_some_and(|&feature| feature))
         });
         let curves = [boundary, features].map(|curve| curve.map(Arc::new));
-        Self { original, curves, steps, texture }
+        let limits = protect.limits;
+        let importance = protect.importance.as_ref().and_then(|map| importance_of(original, map));
+        Self { original, curves, limits, importance, steps, texture }
     }
 
     /// A level without refinement, and the vertex of the level for each vertex of the original.
@@ -180,9 +186,36 @@ impl<'a> Pipeline<'a> {
 
     fn constraints(
         &self,
-        Protected { locked, features, constraints }: Protected,
+        Protected { locked, features, kept, importance, constraints }: Protected,
     ) -> FitConstraints {
         let [boundary_curve, feature_curve] = self.curves.clone();
-        FitConstraints { fixed: locked, features, boundary_curve, feature_curve, constraints }
+        FitConstraints {
+            fixed: locked,
+            features,
+            kept,
+            limits: self.limits,
+            importance,
+            original_importance: self.importance.clone(),
+            boundary_curve,
+            feature_curve,
+            constraints,
+        }
     }
+}
+
+/// The smallest factor on squared distances, relative to their mean, so that all vertices are held by something.
+const LEAST_IMPORTANCE: f64 = 1e-3;
+
+/// The factor on the squared distances at each triangle: the mean importance of its corners, relative to the mean over
+/// the surface. `None` if nothing is important.
+fn importance_of(original: &Surface, importance: &VertexMap<f64>) -> Option<Arc<[f64]>> {
+    let of_vertex = |v: u32| importance.get(VertexId::new(v)).copied().unwrap_or(1.0);
+    let of_triangle = |t: &[u32; 3]| t.map(of_vertex).iter().sum::<f64>() / 3.0;
+    let of_all: Vec<f64> = original.triangles().iter().map(of_triangle).collect();
+    let areas = (0..of_all.len()).map(|t| area(&original.triangle(t)));
+    let sums =
+        areas.zip(&of_all).fold([0.0; 2], |sum, (area, w)| [sum[0] + area, sum[1] + area * w]);
+    let mean = sums[1] / sums[0];
+    let factors = of_all.iter().map(|w| (w / mean).max(LEAST_IMPORTANCE));
+    (mean > 0.0 && mean.is_finite()).then(|| factors.collect())
 }

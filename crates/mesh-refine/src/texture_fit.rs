@@ -93,6 +93,10 @@ pub(crate) fn fit_unfolded(
             let mut folded = check.folded(mesh);
             folded.retain(|face| !before.contains(face));
             if folded.is_empty() {
+                // Vertices that moved back may be too far from others.
+                if constraints.limits.is_any() && !constraints.limits.allow_change(&start, mesh) {
+                    break;
+                }
                 return Ok(report);
             }
             if !undo(mesh, &start, &folded) {

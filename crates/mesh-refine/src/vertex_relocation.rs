@@ -314,7 +314,7 @@ impl<'a> Layout<'a> {
             }
             let crosses =
                 || self.found.as_ref().is_some_and(|found| found.would_arise_at(self.mesh, v, to));
-            if !can_move(self.mesh, v, to) || crosses() {
+            if !can_move(self.mesh, &self.constraints.limits, v, to) || crosses() {
                 continue;
             }
             self.mesh.positions_mut()[v.index()] = to;
@@ -335,7 +335,7 @@ impl<'a> Layout<'a> {
 
     fn flip(&mut self, edge: EdgeId) {
         let topology = self.mesh.topology();
-        if !topology.contains_edge(edge) || self.constraints.is_feature(edge) {
+        if !topology.contains_edge(edge) || self.constraints.is_held(edge) {
             return;
         }
         let [Some(left), Some(right)] = topology.edge_faces(edge) else { return };
@@ -354,6 +354,7 @@ impl<'a> Layout<'a> {
         let before = [left, right].map(|face| self.mesh.triangle(face));
         if !triangles.iter().all(|&triangle| keeps_side(cross(triangle), normal))
             || !keeps_height(triangles, before)
+            || !self.constraints.limits.allow_flip(self.mesh, edge)
         {
             return;
         }

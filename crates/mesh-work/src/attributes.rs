@@ -99,8 +99,9 @@ impl Attributes {
     /// Collapses then cross the borders of merged charts, and each face of the result takes the attributes of one
     /// chart. Nothing is merged if creases are kept.
     ///
-    /// Returns the numbers of charts before and after, if there are fewer.
-    pub fn merge_charts(&mut self, mesh: &TriMesh, target: &Target) -> Option<[usize; 2]> {
+    /// Returns the attributes with merged charts; `None` if all charts stay.
+    #[must_use]
+    pub fn merge_charts(&self, mesh: &TriMesh, target: &Target) -> Option<Self> {
         // A mesh has about twice as many faces as vertices.
         let by_vertices = 2 * target.vertices.unwrap_or(0);
         let faces = target.face_target(mesh.topology().face_count()).max(by_vertices);
@@ -111,13 +112,17 @@ impl Attributes {
         let is_wanted = !self.rules.keep_creases && self.seams.count() > 0;
         let merged =
             is_wanted.then(|| MergedCharts::make_room(mesh, &self.seams.edges, faces)).flatten()?;
-        if let Some(corners) = &mut self.of_corners {
+        let of_corners = self.of_corners.as_ref().map(|corners| {
             let guides = merged.guides(mesh);
-            *corners = corners.taking(mesh, |h| guides[h]);
-        }
-        let counts = [merged.before, merged.after];
-        self.merged = Some(merged);
-        Some(counts)
+            corners.taking(mesh, |h| guides[h])
+        });
+        Some(Self { merged: Some(merged), of_corners, ..self.clone() })
+    }
+
+    /// The numbers of charts before and after some were merged; `None` if none were.
+    #[must_use]
+    pub fn merged(&self) -> Option<[usize; 2]> {
+        self.merged.as_ref().map(|merged| [merged.before, merged.after])
     }
 
     /// The seams that stay.

@@ -12,6 +12,15 @@ pub struct UnknownNumbers {
     pub known: String,
 }
 
+impl UnknownNumbers {
+    pub(crate) fn new(model: &Model, name: &str) -> Self {
+        let all = model.vertex_scalars.iter().chain(&model.face_scalars);
+        let known: Vec<&str> = all.map(|scalars| scalars.name.as_str()).collect();
+        let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+        Self { name: name.to_owned(), known }
+    }
+}
+
 /// Marks named numbers of vertices and faces: `labels` are copied from the nearest element, and `blended` numbers
 /// are interpolated. Other numbers stay as they are.
 ///
@@ -30,10 +39,7 @@ pub fn mark_labels(
                 (scalars.is_label, found) = (is_label, true);
             }
             if !found {
-                let all = model.vertex_scalars.iter().chain(&model.face_scalars);
-                let known: Vec<&str> = all.map(|scalars| scalars.name.as_str()).collect();
-                let known = if known.is_empty() { "none".into() } else { known.join(", ") };
-                return Err(UnknownNumbers { name: name.clone(), known });
+                return Err(UnknownNumbers::new(model, name));
             }
         }
     }

@@ -2,7 +2,9 @@
 
 mod attributes;
 mod charts;
+mod constraint_choices;
 mod face_curvature;
+mod file_size;
 mod frame_curvature;
 mod holes;
 mod labels;
@@ -20,7 +22,9 @@ mod surface;
 mod vertex_curvature;
 
 pub use attributes::{AttributeRules, Attributes};
+pub use constraint_choices::{ConstraintChoices, ConstraintError};
 pub use face_curvature::{FaceValues, disc_quantity};
+pub use file_size::{Largest, Sized, file_size, largest_within};
 pub use frame_curvature::{FrameValue, FrameValues};
 pub use labels::{UnknownNumbers, mark_labels};
 pub use length::{Length, NoExtent, diagonal, parse_length};

@@ -74,13 +74,14 @@ fn chart_of(uv: [f32; 2]) -> Option<usize> {
 /// The result with attributes, and the charts before and after if some were merged.
 fn simplified(model: &Model, faces: usize, merge: bool) -> (Simplified, Model, Option<[usize; 2]>) {
     let loaded = Loaded::build(model.clone(), &Repair::strict()).unwrap();
-    let mut attributes = Attributes::find(loaded.source(), &AttributeRules::default()).unwrap();
+    let attributes = Attributes::find(loaded.source(), &AttributeRules::default()).unwrap();
     let mut options = Options::default().to_faces(faces);
     let merged = merge.then(|| attributes.merge_charts(&loaded.mesh, &options.target)).flatten();
+    let attributes = merged.unwrap_or(attributes);
     attributes.constrain(&loaded.mesh, &mut options);
     let small = simplify(&loaded.mesh, &options).unwrap();
     let result = attributes.carry(loaded.source(), &small.mesh, &small.vertex_map).unwrap();
-    (small, result, merged)
+    (small, result, attributes.merged())
 }
 
 /// The mean distance of the unit sphere from a surface.

@@ -8,7 +8,7 @@ use ::simplify::{
     CollapseLog, LogEntry, Options, Phase, Preset, Progress, Simplified, Target, simplify_observed,
     simplify_with,
 };
-use mesh_work::{AttributeRules, Attributes, Choices};
+use mesh_work::{AttributeRules, Attributes, Choices, ConstraintChoices};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -102,6 +102,30 @@ impl RulesGiven {
     }
 }
 
+/// Constraints, as they come from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ConstraintsGiven {
+    keep: Option<String>,
+    weight: Option<String>,
+    max_edge: Option<Given>,
+    min_angle: Option<f64>,
+    max_valence: Option<usize>,
+}
+
+impl ConstraintsGiven {
+    fn choices(self, relative: bool) -> Result<ConstraintChoices, Failure> {
+        Ok(ConstraintChoices {
+            keep: self.keep,
+            weight: self.weight,
+            max_edge: length("max_edge", self.max_edge)?,
+            min_angle: angle("min_angle", self.min_angle)?,
+            max_valence: self.max_valence,
+            relative,
+        })
+    }
+}
+
 /// When to stop, as it comes from Python.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -182,6 +206,7 @@ pub(crate) fn simplify<'py>(
     targets: TargetsGiven,
     choices: ChoicesGiven,
     rules: RulesGiven,
+    constraints: ConstraintsGiven,
     cost: Option<Py<PyAny>>,
     weight: Option<Py<PyAny>>,
     guard: Option<Py<PyAny>>,
@@ -196,9 +221,10 @@ pub(crate) fn simplify<'py>(
             collapses: None,
             time: seconds("time_limit", targets.time_limit)?,
         };
-        Ok((limits, max_error, choices.choices()?, rules.rules()?))
+        let constraints = constraints.choices(targets.relative)?;
+        Ok((limits, max_error, choices.choices()?, rules.rules()?, constraints))
     };
-    let (limits, max_error, choices, rules) = settings().map_err(|f| f.raise(py))?;
+    let (limits, max_error, choices, rules, constraints) = settings().map_err(|f| f.raise(py))?;
     let content = mesh.content();
     let shared = Arc::clone(&content);
     let functions = CollapseFunctions { cost, weight, guard };
@@ -210,6 +236,7 @@ pub(crate) fn simplify<'py>(
         let mut options: Options = choices.options(&whole.mesh, limits);
         options.record = true;
         attributes.constrain(&whole.mesh, &mut options);
+        constraints.constrain(source, &mut options).map_err(Failure::option)?;
         if let Some(error) = units(max_error, &whole.mesh, targets.relative)? {
             options = options.within(error, choices.check());
         }
@@ -248,6 +275,12 @@ fn report<'py>(
     let found = PyDict::new(py);
     found.set_item("vertex_map", map.into_pyarray(py))?;
     found.set_item("stop", result.stop.name())?;
+    let shortfall = result.shortfall.map(|shortfall| {
+        let reasons = shortfall.held_by.into_iter();
+        let held_by: Vec<(&str, usize)> = reasons.map(|(r, count)| (r.name(), count)).collect();
+        (shortfall.wanted_faces, shortfall.wanted_vertices, held_by)
+    });
+    found.set_item("shortfall", shortfall)?;
     found.set_item("max_cost", result.max_cost)?;
     found.set_item("error", result.error.map(|e| (e.lower, e.upper)))?;
     found.set_item("boundary_shift", result.boundary_shift)?;

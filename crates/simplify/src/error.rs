@@ -50,6 +50,14 @@ pub enum SimplifyError {
         /// Its position.
         position: DVec3,
     },
+    /// The importance of a vertex is negative, infinite or not a number.
+    #[error("the importance of {vertex:?} is {importance}, but it must be at least 0 and finite")]
+    Importance {
+        /// The vertex.
+        vertex: VertexId,
+        /// Its importance.
+        importance: f64,
+    },
     /// The distance between the surfaces cannot be measured.
     #[error(transparent)]
     Surface(#[from] SurfaceError),

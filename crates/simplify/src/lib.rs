@@ -7,6 +7,7 @@ mod memory;
 mod options;
 mod plan;
 mod preset;
+mod shortfall;
 mod simplify;
 mod tolerance;
 
@@ -22,6 +23,7 @@ pub use options::{
 };
 pub use plan::{Plan, rules};
 pub use preset::{Preset, UnknownPreset};
+pub use shortfall::Shortfall;
 pub use simplify::{Simplified, simplify, simplify_observed, simplify_with};
 pub use tolerance::measure::{AchievedError, ErrorCheck};
 pub use tolerance::within::collapses_within;

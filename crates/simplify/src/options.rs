@@ -2,7 +2,7 @@
 
 use core::str::FromStr;
 
-use mesh_collapse::{Protect, Schedule, Target};
+use mesh_collapse::{FaceLimits, Protect, Schedule, Target};
 use mesh_refine::{AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions, Steps};
 
 use crate::error::SimplifyError;
@@ -387,6 +387,14 @@ impl Options {
         let cosine = |x: f64| (-1.0..=1.0).contains(&x);
         check("protect.min_cosine", protect.min_cosine, cosine, "between -1 and 1")?;
         check("protect.min_shape", protect.min_shape, share, "between 0 and 1")?;
+        let FaceLimits { max_edge, min_angle, max_valence } = protect.limits;
+        check("protect.limits.max_edge", max_edge, positive, "positive and finite")?;
+        // 60 degrees in radians are rounded.
+        let angle = |x: f64| x > 0.0 && x < core::f64::consts::FRAC_PI_3 - 1e-9;
+        let expected = "above 0 and below 60 degrees (pi / 3)";
+        check("protect.limits.min_angle", min_angle, angle, expected)?;
+        let valence = max_valence.map(|count| count as f64);
+        check("protect.limits.max_valence", valence, |x| x >= 3.0, "at least 3")?;
         let factor = |x: f64| x >= 1.0 && x.is_finite();
         check("cost.switch_ratio", cost.switch_ratio, factor, "at least 1 and finite")?;
         check("tolerance.distance", tolerance.distance, positive, "positive and finite")?;

@@ -6,8 +6,9 @@
 //! The parallel schedule over blocks knows accumulated quadrics, optimal placement, and limits on normals and shapes.
 //! With the hybrid metric these quadrics do the first part, and the greedy loop does the rest, block by block as long
 //! as there are enough faces. Any other option makes the greedy loop do the whole run over the whole mesh: other
-//! metrics and placements, attributes, locked vertices and boundaries, feature lines, limits on components and
-//! intersections, custom policies, and targets other than faces and time.
+//! metrics and placements, attributes, locked vertices and boundaries, feature lines, kept faces, importance of vertices,
+//! limits on edges, angles, valences, components and intersections, custom policies, and targets other than faces and
+//! time.
 
 use mesh_collapse::blocks::Rules;
 use mesh_collapse::{Boundary, Protect, Schedule, Target};
@@ -87,6 +88,9 @@ impl BlockRules {
             && boundary != Boundary::Lock
             && protect.locked.is_none()
             && protect.features.is_none()
+            && protect.kept.is_none()
+            && protect.importance.is_none()
+            && !protect.limits.is_any()
             && protect.min_component_vertices.is_none()
             && !protect.forbid_intersections
             && (vertices, most, collapses) == (None, None, None);

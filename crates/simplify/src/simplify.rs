@@ -21,6 +21,7 @@ use crate::error::SimplifyError;
 use crate::memory::check_memory;
 use crate::options::{Metric, Options, PlacementRule};
 use crate::plan::Plan;
+use crate::shortfall::Shortfall;
 use crate::tolerance::level_search::LevelSearch;
 use crate::tolerance::measure::{AchievedError, Measuring};
 
@@ -40,6 +41,8 @@ pub struct Simplified {
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,
+    /// The target that was not reached because every remaining collapse was rejected, and the reasons.
+    pub shortfall: Option<Shortfall>,
     /// Number of rejected edges, by reason; in blocks this includes collapses that a largest error has undone.
     pub rejections: Rejections,
     /// Largest cost of a collapse, in the unit of the cost.
@@ -195,6 +198,12 @@ impl AfterCollapses<'_> {
             collapses: run.collapses,
             log: if options.record { run.log } else { CollapseLog::default() },
             stop: run.stop,
+            shortfall: Shortfall::of(
+                &options.target,
+                mesh.topology().face_count(),
+                run.stop,
+                &run.rejections,
+            ),
             rejections: run.rejections,
             max_cost: run.max_cost,
             error,
@@ -311,8 +320,13 @@ fn untouched(level: Level) -> RefinedLevel {
 fn check(mesh: &TriMesh, options: &Options) -> Result<(), SimplifyError> {
     options.check()?;
     let mut used = mesh.topology().vertices().map(|v| (v, mesh.position(v)));
-    match used.find(|(_, position)| !position.is_finite()) {
-        Some((vertex, position)) => Err(SimplifyError::NotFinite { vertex, position }),
+    if let Some((vertex, position)) = used.find(|(_, position)| !position.is_finite()) {
+        return Err(SimplifyError::NotFinite { vertex, position });
+    }
+    let importance = options.protect.importance.as_ref();
+    let mut known = importance.into_iter().flat_map(|map| map.live(mesh.topology()));
+    match known.find(|(_, importance)| !(**importance >= 0.0 && importance.is_finite())) {
+        Some((vertex, &importance)) => Err(SimplifyError::Importance { vertex, importance }),
         None => Ok(()),
     }
 }

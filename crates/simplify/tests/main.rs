@@ -5,6 +5,7 @@ mod any_mesh;
 mod blocks;
 mod cancel;
 mod common;
+mod constraints;
 mod fit;
 mod high_valence;
 mod intersections;

@@ -6,10 +6,10 @@ use mesh_core::TriMesh;
 use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::Page;
-use mesh_work::{Attributes, Loaded};
+use mesh_work::{Attributes, Largest, Loaded, Sized, file_size, largest_within};
 use out_of_core::ResultMesh;
 use serde::Serialize;
-use simplify::{FitReport, Options, Simplified, simplify_observed};
+use simplify::{FitReport, Options, Shortfall, Simplified, simplify_observed};
 
 use crate::batch::{Job, check_output};
 use crate::carry::{Carry, OF_ATTRIBUTES, ONLY_SHAPES};
@@ -21,7 +21,7 @@ use crate::large::{self, Large, Passes};
 use crate::load::{Loading, Seconds};
 use crate::save::make_folder_of;
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{Policy, Targets, rejected, settings, show};
+use crate::simplify_options::{Constraining, Policy, Targets, cause, rejected, settings, show};
 use crate::task::{Done, Report, Task};
 use crate::view::{self, Look, name_of};
 
@@ -34,6 +34,8 @@ use crate::view::{self, Look, name_of};
 ///     curvmesh simplify scan.ply -o small.ply --faces 3000
 ///     curvmesh simplify part.stl -o part.obj --max-error 0.2% --verify
 ///     curvmesh simplify truck.glb -o truck-30.glb --ratio 0.3 --preset quality
+///     curvmesh simplify scan.obj -o upload.glb --bytes 5MB
+///     curvmesh simplify part.ply -o part-lite.ply --keep selected --max-edge 5% --min-angle 10
 ///     curvmesh simplify a.stl b.stl scans/ -o small/ --ratio 0.1 --resume
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
@@ -42,6 +44,8 @@ pub(crate) struct Simplify {
     targets: Targets,
     #[command(flatten)]
     policy: Policy,
+    #[command(flatten)]
+    constraining: Constraining,
     #[command(flatten)]
     carry: Carry,
     /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default, the
@@ -58,17 +62,56 @@ pub(crate) struct Simplify {
     job: Job,
 }
 
+/// All settings, with those of the preset.
+#[derive(Default, Serialize)]
+struct Settings {
+    #[serde(flatten)]
+    options: Options,
+    /// The property of the elements that stay.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    keep: Option<String>,
+    /// The property that holds the importance of vertices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    weight: Option<String>,
+}
+
+/// The size of the written file.
+#[derive(Serialize)]
+struct FileSize {
+    limit: u64,
+    bytes: u64,
+    fits: bool,
+    /// The number of runs.
+    trials: usize,
+}
+
+/// A target that was not reached.
+#[derive(Serialize)]
+struct Unreached {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wanted_faces: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wanted_vertices: Option<usize>,
+    faces: usize,
+    vertices: usize,
+    /// The numbers of rejected collapses, by reason.
+    held_by: BTreeMap<&'static str, usize>,
+}
+
 #[derive(Default, Serialize)]
 struct Results {
     preset: String,
-    /// All settings, with those of the preset.
-    settings: Options,
+    settings: Settings,
     faces_in: usize,
     faces_out: usize,
     /// Absent if the result is larger than memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     vertices_out: Option<usize>,
     stop: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unreached: Option<Unreached>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    size: Option<FileSize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     max_cost: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -134,16 +177,28 @@ fn one(options: &Simplify, task: &Task, given: &Given, console: &Console) -> Res
     }
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
-    let mut attributes = options.carry.find(&loaded, console)?;
-    let (simplified, settings, charts) = Seconds::time(&mut seconds.compute, || {
-        reduce(&loaded.mesh, options, &mut attributes, console)
-    })?;
-    let model = attributes
-        .carry(loaded.source(), &simplified.mesh, &simplified.vertex_map)
-        .map_err(Failure::model)?;
+    let attributes = options.carry.find(&loaded, console)?;
+    let made = Seconds::time(&mut seconds.compute, || {
+        let make = |faces| reduce(&loaded, options, &attributes, faces, console);
+        match options.targets.bytes {
+            Some(limit) => make_within(limit, task, options, &loaded, make, console),
+            None => make(None).map(|made| (made, None)),
+        }
+    });
+    let (Made { simplified, settings, model, charts }, size) = made?;
+    if let Some(Charts { before, after }) = charts {
+        console.message(format_args!(
+            "charts of textures, materials and labels: {before} -> {after}; the borders of all would need more than a \
+             fifth of the wanted faces (--keep-seams keeps them, --no-attributes leaves them out)"
+        ));
+    }
+    if let Some(shortfall) = &simplified.shortfall {
+        tell(shortfall, &simplified, console);
+    }
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let faces_in = loaded.mesh.topology().face_count();
-    let results = Results { charts, ..Results::new(options, settings, faces_in, &simplified) };
+    let results =
+        Results { size, charts, ..Results::new(options, settings, faces_in, &simplified) };
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
         let page = page(task, &options.job.loading, &loaded, &simplified.mesh, &model)?;
@@ -159,6 +214,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     if options.look.is_wanted() {
         return Err(Failure::usage("--view shows the whole mesh, which --memory does not allow"));
     }
+    options.constraining.check_regional()?;
     let limits = options.targets.regional_limits()?;
     let chosen = options.policy.regional_options(limits)?;
     let Job { loading, many, .. } = &options.job;
@@ -185,7 +241,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     };
     let results = Results {
         preset: options.policy.preset.to_string(),
-        settings: in_force,
+        settings: Settings { options: in_force, ..Settings::default() },
         faces_in: summary.triangles as usize,
         faces_out: outcome.faces as usize,
         vertices_out,
@@ -230,23 +286,70 @@ fn page(
     Ok(page)
 }
 
-fn reduce(
-    mesh: &TriMesh,
+/// A simplified mesh.
+struct Made {
+    simplified: Simplified,
+    settings: Settings,
+    /// With the attributes of the input.
+    model: Model,
+    /// The charts, if some were merged.
+    charts: Option<Charts>,
+}
+
+/// The result with the most faces whose file has at most `limit` bytes.
+fn make_within(
+    limit: u64,
+    task: &Task,
     options: &Simplify,
-    attributes: &mut Attributes,
+    loaded: &Loaded,
+    make: impl Fn(Option<usize>) -> Result<Made, Failure>,
     console: &Console,
-) -> Result<(Simplified, Options, Option<Charts>), Failure> {
-    let goals = options.targets.goals(mesh, options.job.loading.relative)?;
-    let mut chosen = options.policy.options(mesh, goals.limits);
-    let merged = (!options.keep_seams).then(|| attributes.merge_charts(mesh, &chosen.target));
-    let charts = merged.flatten().map(|[before, after]| Charts { before, after });
-    if let Some(Charts { before, after }) = charts {
+) -> Result<(Made, Option<FileSize>), Failure> {
+    let save = &options.job.save;
+    let format = task.output.as_ref().and_then(|output| Some((output, save.format_of(output)?)));
+    let Some((output, format)) = format else {
+        return Err(Failure::usage("--bytes needs the format of the result: -o OUT, or --to"));
+    };
+    let written = save.write_options();
+    let sized = |faces: usize| {
+        let result = make(Some(faces))?;
+        let bytes = file_size(&result.model, format, &written)
+            .map_err(|source| Failure::write(output, source))?;
+        let faces = result.simplified.mesh.topology().face_count();
+        Ok(Sized { result, faces, bytes })
+    };
+    let largest = largest_within(limit, loaded.mesh.topology().face_count(), sized)?;
+    let Largest { found: Sized { result, faces, bytes }, fits, trials } = largest;
+    if fits {
+        console.message(format_args!("{faces} faces take {bytes} of {limit} bytes"));
+    } else {
         console.message(format_args!(
-            "charts of textures, materials and labels: {before} -> {after}; the borders of all would need more than a \
-             fifth of the wanted faces (--keep-seams keeps them, --no-attributes leaves them out)"
+            "the result does not fit into {limit} bytes: {faces} faces take {bytes}, and there are no fewer; leave out attributes (--no-attributes), or relax other limits"
         ));
     }
+    Ok((result, Some(FileSize { limit, bytes, fits, trials })))
+}
+
+fn reduce(
+    loaded: &Loaded,
+    options: &Simplify,
+    attributes: &Attributes,
+    faces: Option<usize>,
+    console: &Console,
+) -> Result<Made, Failure> {
+    let mesh = &loaded.mesh;
+    let mut goals = options.targets.goals(mesh, options.job.loading.relative)?;
+    goals.limits.faces = goals.limits.faces.or(faces);
+    let mut chosen = options.policy.options(mesh, goals.limits);
+    let merged = (!options.keep_seams).then(|| attributes.merge_charts(mesh, &chosen.target));
+    let merged = merged.flatten();
+    let attributes = merged.as_ref().unwrap_or(attributes);
     attributes.constrain(mesh, &mut chosen);
+    let constraints = options.constraining.choices(options.job.loading.relative);
+    let kept = constraints.constrain(loaded.source(), &mut chosen).map_err(Failure::refused)?;
+    if let (Some(name), [vertices, faces]) = (&constraints.keep, kept) {
+        console.message(format_args!("{name} keeps {vertices} vertices and {faces} faces"));
+    }
     chosen.record = false;
     if let Some(error) = goals.max_error {
         chosen = chosen.within(error, options.policy.check());
@@ -254,20 +357,58 @@ fn reduce(
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &chosen, &mut |now| show(&bar, now));
     bar.finish_and_clear();
-    result.map(|result| (result, settings(&chosen), charts)).map_err(Failure::simplify)
+    let (keep, weight) = (constraints.keep, constraints.weight);
+    let settings = Settings { options: settings(&chosen), keep, weight };
+    let simplified = result.map_err(Failure::simplify)?;
+    let model = attributes
+        .carry(loaded.source(), &simplified.mesh, &simplified.vertex_map)
+        .map_err(Failure::model)?;
+    let charts = attributes.merged().map(|[before, after]| Charts { before, after });
+    Ok(Made { simplified, settings, model, charts })
+}
+
+/// Says which target was not reached, and the options that hold the mesh.
+fn tell(shortfall: &Shortfall, result: &Simplified, console: &Console) {
+    let topology = result.mesh.topology();
+    let wanted = match (shortfall.wanted_faces, shortfall.wanted_vertices) {
+        (Some(faces), _) => format!("{faces} faces"),
+        (None, vertices) => format!("{} vertices", vertices.unwrap_or_default()),
+    };
+    let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
+        cause(rejection).map(|cause| format!("{cause}: {count} collapses rejected"))
+    });
+    let reasons: Vec<String> = reasons.collect();
+    let reasons = if reasons.is_empty() {
+        "every further collapse would fold the surface or change its topology".to_owned()
+    } else {
+        format!("{}; relax them for fewer faces", reasons.join("; "))
+    };
+    console.message(format_args!(
+        "the target of {wanted} was not reached: {} faces are left ({reasons})",
+        topology.face_count()
+    ));
 }
 
 impl Results {
-    fn new(options: &Simplify, settings: Options, faces_in: usize, result: &Simplified) -> Self {
+    fn new(options: &Simplify, settings: Settings, faces_in: usize, result: &Simplified) -> Self {
         let topology = result.mesh.topology();
         let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        let (faces, vertices) = (topology.face_count(), used.count());
+        let unreached = result.shortfall.as_ref().map(|shortfall| Unreached {
+            wanted_faces: shortfall.wanted_faces,
+            wanted_vertices: shortfall.wanted_vertices,
+            faces,
+            vertices,
+            held_by: shortfall.held_by.iter().map(|(r, count)| (r.name(), *count)).collect(),
+        });
         Self {
             preset: options.policy.preset.to_string(),
             settings,
             faces_in,
-            faces_out: topology.face_count(),
-            vertices_out: Some(used.count()),
+            faces_out: faces,
+            vertices_out: Some(vertices),
             stop: result.stop.name(),
+            unreached,
             max_cost: Some(result.max_cost),
             collapses: Some(result.collapses),
             rejected: Some(rejected(&result.rejections)),
@@ -275,6 +416,7 @@ impl Results {
             boundary_shift: result.boundary_shift,
             fit: result.fit.as_ref().map(Fit::from),
             charts: None,
+            size: None,
             passes: None,
         }
     }

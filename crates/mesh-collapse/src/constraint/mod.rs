@@ -5,11 +5,13 @@
 //! changed.
 
 mod component;
+mod face_limits;
 mod intersection;
 mod normal;
 mod shape;
 
 pub use component::ComponentConstraint;
+pub use face_limits::FaceLimits;
 pub use intersection::IntersectionConstraint;
 pub use normal::NormalConstraint;
 pub use shape::ShapeConstraint;

@@ -33,7 +33,8 @@ pub(super) fn early_bound<C: Cost, P>(
 ) -> Option<f64> {
     let patch = EdgePatch::without_faces(mesh, edge.half_edge());
     let patch = patch.with_border(fixed.border(&patch));
-    policies.cost.early_bound(&patch).filter(|bound| !bound.is_nan())
+    let bound = policies.cost.early_bound(&patch).map(|bound| bound * fixed.cost_factor(&patch));
+    bound.filter(|bound| !bound.is_nan())
 }
 
 /// The position and the cost of an edge, or a lower bound of the cost if it is above the threshold.
@@ -49,6 +50,7 @@ pub(super) fn assess<C: Cost, P: Placement>(
     let forced = fixed.place(patch)?;
     let quadric = cost.quadric(patch);
     let quadric = quadric.as_ref();
+    let factor = fixed.cost_factor(patch);
     let raise = |base: f64, x: DVec3, lazy: &mut LazyPatch<'_>, scratch: &mut Scratch| {
         if modifiers.is_empty() {
             return base;
@@ -65,25 +67,28 @@ pub(super) fn assess<C: Cost, P: Placement>(
         return Err(Rejection::NotFinite);
     }
     match cost.lower_bound(patch, quadric, x) {
-        Some(bound) if bound > ceiling => return Ok(Assessment::Above(bound)),
+        Some(bound) if bound * factor > ceiling => return Ok(Assessment::Above(bound * factor)),
         _ => {}
     }
     let base = cost.cost(patch, quadric, x, scratch);
-    if !modifiers.is_empty() && base > ceiling {
-        return Ok(Assessment::Above(base));
+    if !modifiers.is_empty() && base * factor > ceiling {
+        return Ok(Assessment::Above(base * factor));
     }
-    let cost = raise(base, x, lazy, scratch);
+    let cost = raise(base, x, lazy, scratch) * factor;
     if cost.is_nan() { Err(Rejection::NotFinite) } else { Ok(Assessment::Exact(place, cost)) }
 }
 
 /// The cost of a collapse of an edge to a position, relative to its midpoint.
 pub(super) fn cost_at<C: Cost, P>(
     Policies { cost, modifiers, .. }: &Policies<C, P>,
+    fixed: &VertexFreedom,
     patch: &EdgePatch<'_>,
     x: DVec3,
     scratch: &mut Scratch,
 ) -> f64 {
     let quadric = cost.quadric(patch);
     let base = cost.cost(patch, quadric.as_ref(), x, scratch);
-    modifiers.iter().fold(base, |cost, modifier| modifier.raise(cost, patch, x, scratch))
+    let raised =
+        modifiers.iter().fold(base, |cost, modifier| modifier.raise(cost, patch, x, scratch));
+    raised * fixed.cost_factor(patch)
 }

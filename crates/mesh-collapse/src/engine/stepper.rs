@@ -135,7 +135,7 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
         // Alternatives to the best position may cost more.
         let cost = match refused {
             0 => cost,
-            _ => cost_at(policies, &patch, offset, scratch),
+            _ => cost_at(policies, fixed, &patch, offset, scratch),
         };
         Ok(Choice::Collapse { patch, place, offset, cost })
     }
@@ -194,10 +194,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
 
     /// The report of the run, after its end.
     pub(super) fn finish(self, stop: StopReason) -> Run {
-        let (mut run, protected) = (self.result, self.fixed.into_marks());
-        (run.stop, run.locked, run.features) = (stop, protected.locked, protected.features);
-        run.followers = protected.constraints;
-        run
+        Run { stop, protected: self.fixed.into_marks(), ..self.result }
     }
 
     pub(super) fn reached(&self, watch: &mut TargetCheck<'_>) -> Option<StopReason> {

@@ -42,7 +42,7 @@ impl VertexFreedom {
         &self.protected.constraints
     }
 
-    /// The locked vertices, the feature edges and the constraints, in their current state.
+    /// The protected elements and the constraints, in their current state.
     pub(crate) fn into_marks(self) -> Protected {
         self.protected
     }
@@ -68,6 +68,12 @@ impl VertexFreedom {
             }
         }
         quadrics
+    }
+
+    /// The factor on the cost of an edge, from the importance of its ends.
+    #[inline]
+    pub(crate) fn cost_factor(&self, patch: &EdgePatch<'_>) -> f64 {
+        self.protected.cost_factor([patch.removed(), patch.kept()])
     }
 
     /// The quadric of the border edges at both ends, about the midpoint of the edge.

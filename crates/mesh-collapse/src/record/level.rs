@@ -30,13 +30,8 @@ impl Level {
 
     /// The mesh at the end of a run.
     pub fn at_end(mesh: TriMesh, run: &Run) -> Self {
-        let Run { locked, features, followers, log, .. } = run;
-        let protected = Protected {
-            locked: locked.clone(),
-            features: features.clone(),
-            constraints: followers.clone(),
-        };
-        Self::compacted(mesh, &protected, log, log.len()).0
+        let Run { protected, log, .. } = run;
+        Self::compacted(mesh, protected, log, log.len()).0
     }
 
     /// The result of [`with_gaps`] without its gaps, and the new handles of its elements.

@@ -1,8 +1,6 @@
 //! Reports of runs of collapses.
 
-use mesh_core::{EdgeMap, VertexMap};
-
-use crate::constraint::Constraints;
+use crate::protect::Protected;
 use crate::record::log::{CollapseLog, LogEntry};
 use crate::record::snapshot::Snapshot;
 use crate::record::target::StopReason;
@@ -74,12 +72,9 @@ pub struct Run {
     pub rejections: Rejections,
     /// The largest cost of a collapse.
     pub max_cost: f64,
-    /// The locked vertices of the current mesh, if there are any.
-    pub locked: Option<VertexMap<bool>>,
-    /// The feature edges of the current mesh, if they were given.
-    pub features: Option<EdgeMap<bool>>,
-    /// The constraints that followed the mesh before the run and during it.
-    pub followers: Constraints,
+    /// The protected elements of the current mesh, and the constraints that followed the mesh before the run and during
+    /// it.
+    pub protected: Protected,
     /// Every rejection, in order, with the number of collapses that a run must be allowed to reach it.
     pub refused: Vec<(u32, Rejection)>,
     /// Snapshots of the run, if they were requested.
@@ -95,9 +90,7 @@ impl Run {
             log: CollapseLog::default(),
             rejections: Rejections::default(),
             max_cost: 0.0,
-            locked: None,
-            features: None,
-            followers: Constraints::default(),
+            protected: Protected::default(),
             refused: Vec::new(),
             snapshots: Vec::new(),
         }
@@ -117,7 +110,7 @@ impl Run {
     }
 
     /// Keeps only the first collapses, as if the run had been limited to them. The caller must set the reason for the
-    /// stop; `locked` and `features` still describe the end. Rejections in blocks are kept, because their times are
+    /// stop; `protected` still describes the end. Rejections in blocks are kept, because their times are
     /// unknown.
     pub fn truncate(&mut self, collapses: usize) {
         self.log.truncate(collapses);

@@ -23,6 +23,8 @@ pub(super) struct Equations<'a> {
     /// The number of samples on each of these faces.
     pub(super) samples: usize,
     pub(super) seed: u64,
+    /// The factor on the squared distances at each triangle of the original.
+    pub(super) importance: Option<&'a [f64]>,
 }
 
 /// The number of faces in a block for one thread.
@@ -80,7 +82,7 @@ impl Equations<'_> {
                         weights: spot.weights,
                         gap: -closest.offset,
                         normal: normal_and_area(on).0,
-                        share: density * spot.share,
+                        share: density * spot.share * self.importance_at(closest.triangle),
                     };
                     elements[spot.place - start].add(&pair, &own_weighting);
                 }
@@ -104,11 +106,17 @@ impl Equations<'_> {
         let on = |triangle: u32| {
             let corners =
                 (triangle != NOWHERE).then(|| self.original.triangle(triangle as usize))?;
-            foot_inside(spot.point, &corners).ok()
+            Some((triangle, foot_inside(spot.point, &corners).ok()?))
         };
-        let foot = on(first).or_else(|| on(second))?;
-        let (weights, share) = (spot.weights, density * spot.share);
+        let (triangle, foot) = on(first).or_else(|| on(second))?;
+        let share = density * spot.share * self.importance_at(triangle);
+        let weights = spot.weights;
         Some(Pair { weights, gap: -foot.offset, normal: foot.normal, share })
+    }
+
+    #[inline]
+    fn importance_at(&self, triangle: u32) -> f64 {
+        self.importance.map_or(1.0, |all| all[triangle as usize])
     }
 
     /// The largest squared distance of a sample from the original.

@@ -25,9 +25,14 @@ pub(super) fn flip_edges(
     let mut sums: Vec<f64> = parallel::collect(mesh.topology().face_capacity(), |index| {
         paired.sum_of(FaceId::from_index(index), power)
     });
+    let may_flip = |mesh: &TriMesh, edge: EdgeId| {
+        !constraints.is_held(edge)
+            && mesh.topology().contains_edge(edge)
+            && constraints.limits.allow_flip(mesh, edge)
+    };
     let helps: Vec<bool> = parallel::collect(mesh.topology().edge_capacity(), |index| {
         let edge = EdgeId::from_index(index);
-        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
+        may_flip(mesh, edge) && flip_is_closer(mesh, paired, &sums, power, edge)
     });
     let mut is_new = vec![false; mesh.topology().face_capacity()];
     let mut scratch = Vec::new();
@@ -39,15 +44,17 @@ pub(super) fn flip_edges(
         }
         let mut faces = mesh.topology().edge_faces(edge).into_iter().flatten();
         let helps = match faces.any(|face| is_new[face.index()]) {
-            true => {
-                !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
-            }
+            true => may_flip(mesh, edge) && flip_is_closer(mesh, paired, &sums, power, edge),
             false => helped,
         };
         if !helps {
             continue;
         }
         let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
+        // Flips elsewhere have changed the valences.
+        if !constraints.limits.allow_flip(mesh, edge) {
+            continue;
+        }
         if found.as_ref().is_some_and(|found| flip_crosses(mesh, found, &legal)) {
             continue;
         }
@@ -93,15 +100,16 @@ fn flip_is_closer(
     let faces = || topology.edge_faces(edge).into_iter().flatten();
     let before: f64 = faces().map(|face| sums[face.index()]).sum();
     let limit = before * (1.0 - 1e-9);
-    let points = || faces().flat_map(|face| paired.of_face(face)).map(|(point, _)| point);
+    let points =
+        || faces().flat_map(|face| paired.of_face(face)).map(|(point, _, weight)| (point, weight));
     let planes = new.map(|triangle| (triangle[0], cross(triangle).normalize_or_zero()));
-    let to_planes = points().map(|point| {
+    let to_planes = points().map(|(point, weight)| {
         let [first, second] = planes.map(|(on, normal)| normal.dot(point - on));
-        power.of((first * first).min(second * second))
+        weight * power.of((first * first).min(second * second))
     });
-    let to_triangles = points().map(|point| {
+    let to_triangles = points().map(|(point, weight)| {
         let [first, second] = new.each_ref().map(|t| closest_on_triangle(point, t));
-        power.of(first.length_squared().min(second.length_squared()))
+        weight * power.of(first.length_squared().min(second.length_squared()))
     });
     // No triangle is closer than its plane, and the distance to the plane is cheaper to compute.
     is_below(limit, to_planes) && is_below(limit, to_triangles)

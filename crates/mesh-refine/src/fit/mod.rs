@@ -11,8 +11,9 @@
 //!
 //! Boundary vertices move along the boundary of the original, and vertices on feature lines along these lines; corners
 //! and fixed vertices stay. A vertex moves only as far as its faces keep their normals and, if intersections are
-//! forbidden, do not intersect other faces.
-
+//! forbidden, do not intersect other faces. Limits on edges, angles and valences hold after each flip and each move. If
+//! vertices have an importance, pairs weigh more where the original is more important.
+//!
 //! Points are spread evenly, ordered so that consecutive points are close in space, and processed in blocks. The
 //! contribution of a face to the equations is summed in one place. Of each sample, only the position and the assigned
 //! face are stored.
@@ -187,6 +188,7 @@ pub(crate) fn fit_observed(
             }
             None => {
                 let targets = Targets::new(original, counts.targets, options.seed);
+                let targets = targets.weighted(constraints.original_importance.as_deref());
                 match near.take() {
                     Some(near) => Pairs::following(mesh, &surface, targets, &near),
                     None => Pairs::new(mesh, &surface, targets),
@@ -219,6 +221,7 @@ pub(crate) fn fit_observed(
             order: surface.in_space(),
             samples: counts.own,
             seed: options.seed.wrapping_add(round as u64 + 1),
+            importance: constraints.original_importance.as_deref(),
         };
         let FitOptions { tail, .. } = *options;
         let pull = options.pull * (bend(mesh) / USUAL_BEND).clamp(LEAST_PULL, 1.0);
@@ -296,6 +299,7 @@ impl<'a> LocalFit<'a> {
             order: &order,
             samples: options.own_samples_per_face,
             seed: options.seed.wrapping_add(1),
+            importance: None,
         };
         let FitOptions { pull, tail, .. } = *options;
         let largest = largest * largest;

@@ -175,16 +175,23 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// The points that are closest to a face, each with its squared distance.
-    pub(super) fn of_face(&self, face: FaceId) -> impl Iterator<Item = (DVec3, f64)> + '_ {
+    /// The points that are closest to a face, each with its squared distance and the factor on it.
+    pub(super) fn of_face(&self, face: FaceId) -> impl Iterator<Item = (DVec3, f64, f64)> + '_ {
         let indices = self.lists.of_face(face).map(|index| index as usize);
-        indices.map(|index| (self.point(index), self.squares[index]))
+        indices.map(|index| (self.point(index), self.squares[index], self.importance(index)))
+    }
+
+    /// The factor on the squared distance of a point.
+    #[inline]
+    fn importance(&self, index: usize) -> f64 {
+        if index < self.targets.len() { self.targets.importance_of(index) } else { 1.0 }
     }
 
     /// The sum of the distances of the points closest to a face, each raised to the power.
     pub(super) fn sum_of(&self, face: FaceId, power: Power) -> f64 {
         let indices = self.lists.of_face(face);
-        indices.map(|index| power.of(self.squares[index as usize])).sum()
+        let indices = indices.map(|index| index as usize);
+        indices.map(|index| self.importance(index) * power.of(self.squares[index])).sum()
     }
 
     /// Calls `act` with the targets closest to a face. `density` is the share of a target that represents the mean area
@@ -299,7 +306,7 @@ mod tests {
         let listed: usize = mesh.topology().faces().map(|f| pairs.of_face(f).count()).sum();
         assert_eq!(listed, anew.squares.len());
         for face in mesh.topology().faces() {
-            for (point, squared) in pairs.of_face(face) {
+            for (point, squared, _) in pairs.of_face(face) {
                 let offset = closest_on_triangle(point, &mesh.triangle(face));
                 assert!((offset.length_squared() - squared).abs() < 1e-12);
             }
@@ -329,9 +336,9 @@ mod tests {
         let added: Vec<DVec3> = pairs.more.iter().map(|target| target.point).collect();
         assert_eq!(added, far);
         let of_faces = mesh.topology().faces().flat_map(|face| pairs.of_face(face));
-        let at_vertices = of_faces.filter(|(point, _)| far.contains(point));
+        let at_vertices = of_faces.filter(|(point, ..)| far.contains(point));
         let squares: Vec<[f64; 2]> =
-            at_vertices.map(|(point, squared)| [squared.sqrt(), distance(point)]).collect();
+            at_vertices.map(|(point, squared, _)| [squared.sqrt(), distance(point)]).collect();
         assert!(squares.len() == far.len() && pairs.squares.len() == count + far.len());
         assert!(squares.iter().all(|[found, expected]| (found - expected).abs() < 1e-12));
     }

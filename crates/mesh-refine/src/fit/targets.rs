@@ -49,6 +49,8 @@ pub(super) struct Targets<'a> {
     /// The positions and triangles of the points. If each triangle has the same number, there are the most points, and
     /// storing them would take more memory than the rest of a fit. They are then computed when needed.
     kept: Option<(Vec<DVec3>, Vec<u32>)>,
+    /// The factor on the squared distances at each triangle of the original.
+    importance: Option<&'a [f64]>,
 }
 
 /// The number of points.
@@ -80,7 +82,25 @@ impl<'a> Targets<'a> {
             );
             (points, places)
         });
-        Self { original, spread, kept }
+        Self { original, spread, kept, importance: None }
+    }
+
+    /// The same points, with a factor on the squared distances at each triangle of the original.
+    pub(super) fn weighted(self, importance: Option<&'a [f64]>) -> Self {
+        Self { importance, ..self }
+    }
+
+    fn importance_at(&self, triangle: u32) -> f64 {
+        self.importance.map_or(1.0, |all| all[triangle as usize])
+    }
+
+    /// The factor on the squared distance of a point.
+    #[inline]
+    pub(super) fn importance_of(&self, index: usize) -> f64 {
+        match self.importance {
+            None => 1.0,
+            Some(_) => self.importance_at(self.spread.triangle(self.place(index))),
+        }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -124,7 +144,8 @@ impl<'a> Targets<'a> {
     pub(super) fn on(&self, place: usize, density: f64) -> Ground {
         let triangle = self.spread.triangle(place);
         let (normal, area) = normal_and_area(self.original.triangle(triangle as usize));
-        Ground { place, triangle, normal, share: density * self.spread.share(place, || area) }
+        let share = density * self.spread.share(place, || area) * self.importance_at(triangle);
+        Ground { place, triangle, normal, share }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Fits around the largest errors in which the farthest pairs have the largest weights.
 
 use glam::DVec3;
-use mesh_collapse::Phase;
+use mesh_collapse::{FaceLimits, Phase};
 use mesh_core::{FaceId, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, closest_on_triangle};
 
@@ -24,11 +24,18 @@ const STEPS: [f64; 4] = [1.0, 0.5, 0.25, 0.12];
 /// The distance at which a peak starts, relative to the largest distance.
 const FLATTENED: f64 = 0.85;
 
-/// Whether no face turns too far or becomes a sliver between two meshes with the same connectivity.
-fn keeps_faces(before: &TriMesh, after: &TriMesh) -> bool {
+/// Whether no face turns too far or becomes a sliver between two meshes with the same connectivity, and the limits hold.
+fn keeps_faces(before: &TriMesh, after: &TriMesh, limits: &FaceLimits) -> bool {
     before.topology().faces().all(|face| {
         let (old, new) = (before.triangle(face), after.triangle(face));
-        old == new || (keeps_side(cross(new), cross(old)) && keeps_height([new], [old]))
+        let keeps_edge = |i: usize, j: usize| {
+            [old[i], old[j]] == [new[i], new[j]] || limits.allows_edge(new[i], new[j])
+        };
+        old == new
+            || (keeps_side(cross(new), cross(old))
+                && keeps_height([new], [old])
+                && limits.allows_angles(new)
+                && [(0, 1), (1, 2), (2, 0)].into_iter().all(|(i, j)| keeps_edge(i, j)))
     })
 }
 
@@ -79,7 +86,7 @@ impl Peaks<'_> {
                 for (at, to) in next.positions_mut().iter_mut().zip(&moved) {
                     *at += part * (*to - *at);
                 }
-                if part < 1.0 && !keeps_faces(mesh, &next) {
+                if part < 1.0 && !keeps_faces(mesh, &next, &constraints.limits) {
                     continue;
                 }
                 let bar = ENOUGH * self.heights.largest;

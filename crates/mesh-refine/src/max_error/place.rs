@@ -35,7 +35,7 @@ impl Peaks<'_> {
             if found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to)) {
                 continue;
             }
-            if try_move(mesh, v, to) {
+            if try_move(mesh, &constraints.limits, v, to) {
                 moved.push(v);
                 if let Some(found) = found {
                     found.update(mesh, mesh.topology().faces_of_vertex(v));
@@ -91,7 +91,7 @@ fn farthest_first(distances: impl Iterator<Item = f64>, bar: f64) -> Vec<usize> 
 const ON_SIDE: f64 = 0.1;
 
 /// Splits the face or the edge closest to `point` there. Does nothing if it must stay as it is, if a sliver would
-/// arise, or if `found` is given and faces would intersect.
+/// arise, if a limit would be exceeded, or if `found` is given and faces would intersect.
 fn put_vertex(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
@@ -104,7 +104,18 @@ fn put_vertex(
     let least = (0..3).min_by(|&i, &j| weights[i].total_cmp(&weights[j]))?;
     let edge = topology.face_half_edges(face)[(least + 1) % 3].edge();
     let split_edge = (weights[least] <= ON_SIDE).then_some(edge);
-    if split_edge.is_some_and(|e| constraints.is_feature(e) || is_locked(mesh, constraints, e)) {
+    if split_edge.is_some_and(|e| constraints.is_held(e) || is_locked(mesh, constraints, e)) {
+        return None;
+    }
+    let limits = &constraints.limits;
+    let is_allowed = match split_edge {
+        Some(edge) => limits.allow_edge_split(mesh, edge, point),
+        None => {
+            let is_kept = topology.face_edges(face).iter().all(|&e| constraints.is_held(e));
+            !is_kept && limits.allow_face_split(mesh, topology.face_vertices(face), point)
+        }
+    };
+    if !is_allowed {
         return None;
     }
     let gone = match split_edge {

@@ -38,7 +38,18 @@ if TYPE_CHECKING:
     from ._geometry.mesh import Data, Mesh
     from ._geometry.patch import Cover, patch
     from ._geometry.show import Page, Picture, render, view
-    from ._geometry.simplify import Edges, ErrorBounds, Fit, Level, Levels, Record, Simplified, lod, simplify
+    from ._geometry.simplify import (
+        Edges,
+        ErrorBounds,
+        Fit,
+        Level,
+        Levels,
+        Record,
+        Shortfall,
+        Simplified,
+        lod,
+        simplify,
+    )
 
 #: The module of each public name; it is imported at the first use of the name.
 _PLACES = {
@@ -52,7 +63,7 @@ _PLACES = {
     "_geometry.mesh": "Data Mesh",
     "_geometry.patch": "Cover patch",
     "_geometry.show": "Page Picture render view",
-    "_geometry.simplify": "Edges ErrorBounds Fit Level Levels Record Simplified lod simplify",
+    "_geometry.simplify": "Edges ErrorBounds Fit Level Levels Record Shortfall Simplified lod simplify",
 }
 _MODULE_OF = {name: module for module, names in _PLACES.items() for name in names.split()}
 
@@ -91,6 +102,7 @@ __all__ = [
     "RecordError",
     "RepairWarning",
     "Repaired",
+    "Shortfall",
     "Simplified",
     "State",
     "TooLargeError",

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from .._options import Length, Norm, Placement, Preset
 
-__all__ = ["Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Simplified", "lod", "simplify"]
+__all__ = ["Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Shortfall", "Simplified", "lod", "simplify"]
 
 class Edges(NamedTuple):
     """Candidate edges, as passed to a custom cost, surcharge or guard.
@@ -65,6 +65,24 @@ class ErrorBounds(NamedTuple):
 
     lower: float
     upper: float | None
+
+
+class Shortfall(NamedTuple):
+    """A target that was not reached because every remaining collapse was refused.
+
+    Attributes
+    ----------
+    wanted_faces, wanted_vertices : int or None
+        The numbers at which the run should have ended.
+    held_by : dict
+        Number of refused edges, by reason, the most frequent first. The options `keep`, `lock_boundary`,
+        `max_edge`, `min_angle`, `max_valence`, `components` and `no_intersections` cause ``"locked"``,
+        ``"max_edge"``, ``"min_angle"``, ``"max_valence"``, ``"component"`` and ``"intersection"``.
+    """
+
+    wanted_faces: int | None
+    wanted_vertices: int | None
+    held_by: dict[str, int]
 
 
 class Fit(NamedTuple):
@@ -142,6 +160,8 @@ class Simplified:
     stop : str
         Why it stopped: ``"faces"``, ``"vertices"``, ``"cost"``, ``"error"``, ``"time"``,
         ``"cancelled"`` or ``"nothing_left"``.
+    shortfall : Shortfall or None
+        The target that was not reached because every remaining collapse was refused, and the reasons.
     error : ErrorBounds or None
         The distance from the original, if requested.
     refused : dict
@@ -159,6 +179,7 @@ class Simplified:
     mesh: Mesh
     vertex_map: NDArray[np.int32]
     stop: str
+    shortfall: Shortfall | None
     error: ErrorBounds | None
     refused: dict[str, int]
     max_cost: float
@@ -174,6 +195,8 @@ class Simplified:
             ("collapses", len(self.log)),
             ("largest cost", self.max_cost),
         ]
+        if self.shortfall is not None:
+            rows.append(("target not reached", self.shortfall.wanted_faces or self.shortfall.wanted_vertices))
         if self.error is not None:
             rows.append(("error, at least", self.error.lower))
             if self.error.upper is not None:
@@ -252,6 +275,13 @@ def _asked(function: EdgeFunction | None) -> Callable[[Any, Any, Any], Any] | No
     return ask
 
 
+def _shortfall(told: tuple[int | None, int | None, list[tuple[str, int]]] | None) -> Shortfall | None:
+    if told is None:
+        return None
+    wanted_faces, wanted_vertices, held_by = told
+    return Shortfall(wanted_faces, wanted_vertices, dict(held_by))
+
+
 @checked
 def simplify(
     mesh: Any,
@@ -273,6 +303,11 @@ def simplify(
     feature_angle: float | None = None,
     no_intersections: bool = False,
     components: str | int = "free",
+    keep: str | None = None,
+    weight: str | None = None,
+    max_edge: Length | None = None,
+    min_angle: float | None = None,
+    max_valence: int | None = None,
     verify: bool = False,
     seed: int = 1,
     attribute_weight: float = 0.3,
@@ -310,7 +345,7 @@ def simplify(
     time_limit : float, optional
         Stop collapsing after this number of seconds.
     relative : bool
-        Whether a number for `max_error` is a share of the diagonal.
+        Whether numbers for `max_error` and `max_edge` are shares of the diagonal.
     preset : str
         ``"draft"``, ``"fast"``, ``"default"``, ``"quality"``, ``"extreme"``, ``"thin-features"``,
         ``"paper-l1"``, ``"paper-l2"``, ``"paper-l1-guarded"`` or ``"paper-l2-guarded"``. The default collapses by
@@ -341,6 +376,19 @@ def simplify(
     components : str or int
         How to treat small components: ``"free"`` may remove them, ``"keep"`` leaves at least a tetrahedron of
         each, a number leaves at least this number of vertices.
+    keep : str, optional
+        A named number of vertices or faces. Vertices with another value than 0 stay where they are; faces with
+        another value than 0 stay as they are, with their corners.
+    weight : str, optional
+        A named number of vertices, at least 0: their importance. Costs and errors near a vertex count so many
+        times.
+    max_edge : float or str, optional
+        Make no edge longer than this length, in model units, or ``"5%"`` of the diagonal. Edges of the input
+        may stay.
+    min_angle : float, optional
+        Make no face with a smaller angle than this, in degrees, below 60. Faces of the input may stay.
+    max_valence : int, optional
+        Give no vertex more edges than this, at least 3, or than a vertex of the input in its place.
     verify : bool
         Certify the distance from the input, and that it is within `max_error`.
     seed : int
@@ -436,15 +484,23 @@ def simplify(
         seed,
     )
     rules = _rules(attribute_weight, normal_weight, crease_angle, keep_creases, attributes)
+    constraints = {
+        "keep": keep,
+        "weight": weight,
+        "max_edge": max_edge,
+        "min_angle": min_angle,
+        "max_valence": None if max_valence is None else whole("max_valence", max_valence),
+    }
     data = as_mesh(mesh)._data
     with calling("simplifying", progress, threads, callback, keep_partial) as call:
         made, told = _core.simplify(
-            call, data, targets, choices, rules, _asked(cost), _asked(surcharge), _asked(guard)
+            call, data, targets, choices, rules, constraints, _asked(cost), _asked(surcharge), _asked(guard)
         )
     return Simplified(
         mesh=Mesh._of(made),
         vertex_map=told["vertex_map"],
         stop=told["stop"],
+        shortfall=_shortfall(told["shortfall"]),
         error=None if told["error"] is None else ErrorBounds(*told["error"]),
         refused=told["refused"],
         max_cost=told["max_cost"],

@@ -93,6 +93,8 @@ def _flip(work: Work, options: Told) -> Told:
 def _simplify(work: Work, options: Told) -> Told:
     done = simplify(work.mesh, threads=work.threads, **options)
     told: Told = {"stop": done.stop, "collapses": len(done.log), "max_cost": done.max_cost}
+    if done.shortfall is not None:
+        told["shortfall"] = done.shortfall._asdict()
     if done.error is not None:
         told["error"] = done.error._asdict()
     if done.boundary_shift is not None:
@@ -335,6 +337,11 @@ STEPS = {
             "relative": _FLAG,
             "fit_rounds": _COUNT,
             "seed": _COUNT,
+            "keep": _TEXT,
+            "weight": _TEXT,
+            "max_edge": _LENGTH,
+            "min_angle": _NUMBER,
+            "max_valence": _COUNT,
             **_COLLAPSES,
         },
         _simplify,
