@@ -308,7 +308,9 @@ impl Constraining {
 pub(crate) fn cause(rejection: Rejection) -> Option<&'static str> {
     Some(match rejection {
         Rejection::Locked => "locked vertices (--keep, --lock-boundary, meeting points of seams)",
-        Rejection::Feature => "seams and feature lines (--no-attributes, --feature-angle)",
+        Rejection::Feature => {
+            "seams and feature lines (--keep-seams, --no-attributes, --feature-angle)"
+        }
         Rejection::Component => "--components",
         Rejection::Intersection => "--no-intersections",
         Rejection::TextureFold => "folds in the texture (--attribute-weight 0)",

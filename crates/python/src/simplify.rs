@@ -111,6 +111,7 @@ pub(crate) struct ConstraintsGiven {
     max_edge: Option<Given>,
     min_angle: Option<f64>,
     max_valence: Option<usize>,
+    keep_seams: bool,
 }
 
 impl ConstraintsGiven {
@@ -194,6 +195,7 @@ struct Done {
     mesh: MeshData,
     result: Simplified,
     map: Vec<i32>,
+    charts: Option<(usize, usize)>,
 }
 
 /// Simplifies a mesh.
@@ -221,10 +223,12 @@ pub(crate) fn simplify<'py>(
             collapses: None,
             time: seconds("time_limit", targets.time_limit)?,
         };
+        let keep_seams = constraints.keep_seams;
         let constraints = constraints.choices(targets.relative)?;
-        Ok((limits, max_error, choices.choices()?, rules.rules()?, constraints))
+        Ok((limits, max_error, choices.choices()?, rules.rules()?, (constraints, keep_seams)))
     };
-    let (limits, max_error, choices, rules, constraints) = settings().map_err(|f| f.raise(py))?;
+    let (limits, max_error, choices, rules, (constraints, keep_seams)) =
+        settings().map_err(|f| f.raise(py))?;
     let content = mesh.content();
     let shared = Arc::clone(&content);
     let functions = CollapseFunctions { cost, weight, guard };
@@ -235,6 +239,8 @@ pub(crate) fn simplify<'py>(
         let attributes = Attributes::find(source, &rules).map_err(Failure::from)?;
         let mut options: Options = choices.options(&whole.mesh, limits);
         options.record = true;
+        let merged = (!keep_seams).then(|| attributes.merge_charts(&whole.mesh, &options.target));
+        let attributes = merged.flatten().unwrap_or(attributes);
         attributes.constrain(&whole.mesh, &mut options);
         constraints.constrain(source, &mut options).map_err(Failure::option)?;
         if let Some(error) = units(max_error, &whole.mesh, targets.relative)? {
@@ -245,7 +251,9 @@ pub(crate) fn simplify<'py>(
             attributes.carry(source, &result.mesh, &result.vertex_map).map_err(Failure::from)?;
         let map = result.vertex_map.as_slice().iter();
         let map = map.map(|v| v.map_or(-1, |v| v.index() as i32)).collect();
-        Ok(Done { mesh: MeshData::new(model, false), map: whole.of_vertices(map, -1), result })
+        let charts = attributes.merged().map(|[before, after]| (before, after));
+        let (mesh, map) = (MeshData::new(model, false), whole.of_vertices(map, -1));
+        Ok(Done { mesh, map, charts, result })
     })?;
     report(py, done, content)
 }
@@ -271,8 +279,9 @@ fn report<'py>(
     done: Done,
     content: Arc<Content>,
 ) -> PyResult<(MeshData, Bound<'py, PyDict>)> {
-    let Done { mesh, result, map } = done;
+    let Done { mesh, result, map, charts } = done;
     let found = PyDict::new(py);
+    found.set_item("charts", charts)?;
     found.set_item("vertex_map", map.into_pyarray(py))?;
     found.set_item("stop", result.stop.name())?;
     let shortfall = result.shortfall.map(|shortfall| {

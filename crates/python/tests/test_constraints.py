@@ -81,3 +81,19 @@ def test_important_parts_keep_more_vertices() -> None:
 def test_constraints_that_mean_nothing_are_refused(options: Any, message: str) -> None:
     with pytest.raises(cm.OptionError, match=message):
         cm.simplify(marked(), ratio=0.5, **options)
+
+
+def test_small_charts_make_room_for_the_shape() -> None:
+    ball = cm.shapes.sphere(4)
+    faces = np.arange(ball.face_count)
+    # Sixteen faces with the same label are a triangle of the icosahedron after two subdivisions.
+    labels = (faces // 16).astype(np.int32)
+    patchwork = cm.Mesh(ball.vertices, ball.faces, face_data={"label": labels})
+    merged = cm.simplify(patchwork, faces=200)
+    assert merged.mesh.face_count <= 200
+    assert merged.charts is not None and merged.charts.after < merged.charts.before
+    kept = cm.simplify(patchwork, faces=200, keep_seams=True)
+    assert kept.charts is None and kept.mesh.face_count > 200
+    assert kept.shortfall is not None
+    values = np.asarray(merged.mesh.face_data["label"])
+    assert set(values.tolist()) <= set(labels.tolist())

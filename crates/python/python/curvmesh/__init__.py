@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ._geometry.patch import Cover, patch
     from ._geometry.show import Page, Picture, render, view
     from ._geometry.simplify import (
+        Charts,
         Edges,
         ErrorBounds,
         Fit,
@@ -63,7 +64,7 @@ _PLACES = {
     "_geometry.mesh": "Data Mesh",
     "_geometry.patch": "Cover patch",
     "_geometry.show": "Page Picture render view",
-    "_geometry.simplify": "Edges ErrorBounds Fit Level Levels Record Shortfall Simplified lod simplify",
+    "_geometry.simplify": "Charts Edges ErrorBounds Fit Level Levels Record Shortfall Simplified lod simplify",
 }
 _MODULE_OF = {name: module for module, names in _PLACES.items() for name in names.split()}
 
@@ -71,6 +72,7 @@ __all__ = [
     "ArrayError",
     "Bounds",
     "CannotBeDoneError",
+    "Charts",
     "Cover",
     "Curvature",
     "CurvmeshError",

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from .._options import Length, Norm, Placement, Preset
 
-__all__ = ["Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Shortfall", "Simplified", "lod", "simplify"]
+__all__ = ["Charts", "Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Shortfall", "Simplified", "lod", "simplify"]
 
 class Edges(NamedTuple):
     """Candidate edges, as passed to a custom cost, surcharge or guard.
@@ -83,6 +83,13 @@ class Shortfall(NamedTuple):
     wanted_faces: int | None
     wanted_vertices: int | None
     held_by: dict[str, int]
+
+
+class Charts(NamedTuple):
+    """Numbers of charts, which are the parts between seams, before and after some were merged."""
+
+    before: int
+    after: int
 
 
 class Fit(NamedTuple):
@@ -162,6 +169,8 @@ class Simplified:
         ``"cancelled"`` or ``"nothing_left"``.
     shortfall : Shortfall or None
         The target that was not reached because every remaining collapse was refused, and the reasons.
+    charts : Charts or None
+        The charts of textures, materials and labels, if some were merged to make room for the shape.
     error : ErrorBounds or None
         The distance from the original, if requested.
     refused : dict
@@ -180,6 +189,7 @@ class Simplified:
     vertex_map: NDArray[np.int32]
     stop: str
     shortfall: Shortfall | None
+    charts: Charts | None
     error: ErrorBounds | None
     refused: dict[str, int]
     max_cost: float
@@ -197,6 +207,8 @@ class Simplified:
         ]
         if self.shortfall is not None:
             rows.append(("target not reached", self.shortfall.wanted_faces or self.shortfall.wanted_vertices))
+        if self.charts is not None:
+            rows.append(("charts merged", f"{self.charts.before} -> {self.charts.after}"))
         if self.error is not None:
             rows.append(("error, at least", self.error.lower))
             if self.error.upper is not None:
@@ -314,6 +326,7 @@ def simplify(
     normal_weight: float = 0.0,
     crease_angle: float = 40.0,
     keep_creases: bool = False,
+    keep_seams: bool = False,
     attributes: bool = True,
     cost: EdgeFunction | None = None,
     surcharge: EdgeFunction | None = None,
@@ -398,7 +411,11 @@ def simplify(
     crease_angle : float
         An edge is a crease if normals differ by more than this across it, in degrees.
     keep_creases : bool
-        Keep creases as feature lines, as borders of texture charts and materials always are.
+        Keep creases as feature lines, as borders of texture charts and materials are.
+    keep_seams : bool
+        Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default,
+        the smallest charts are merged with their neighbours if the borders need more than a fifth of the wanted
+        faces.
     attributes : bool
         Whether attributes are transferred; if not, the result has positions and faces only.
     cost : callable, optional
@@ -490,6 +507,7 @@ def simplify(
         "max_edge": max_edge,
         "min_angle": min_angle,
         "max_valence": None if max_valence is None else whole("max_valence", max_valence),
+        "keep_seams": keep_seams,
     }
     data = as_mesh(mesh)._data
     with calling("simplifying", progress, threads, callback, keep_partial) as call:
@@ -501,6 +519,7 @@ def simplify(
         vertex_map=told["vertex_map"],
         stop=told["stop"],
         shortfall=_shortfall(told["shortfall"]),
+        charts=None if told["charts"] is None else Charts(*told["charts"]),
         error=None if told["error"] is None else ErrorBounds(*told["error"]),
         refused=told["refused"],
         max_cost=told["max_cost"],

@@ -342,6 +342,7 @@ STEPS = {
             "max_edge": _LENGTH,
             "min_angle": _NUMBER,
             "max_valence": _COUNT,
+            "keep_seams": _FLAG,
             **_COLLAPSES,
         },
         _simplify,
