@@ -1,7 +1,7 @@
 //! The lines of a mesh: its boundary, or its feature edges.
 
 use glam::DVec3;
-use mesh_core::{EdgeId, TriMesh, VertexId};
+use mesh_core::{EdgeId, TriMesh, VertexId, parallel};
 use mesh_metric::Surface;
 
 /// Some edges of a mesh, prepared for closest-point queries, and the corners where they meet.
@@ -79,6 +79,14 @@ impl Curve {
             points.extend((0..count as usize).map(|i| a + part(i) * (b - a)));
         }
         points
+    }
+
+    /// The sum of the lengths of the edges.
+    pub fn length(&self) -> f64 {
+        parallel::sum(self.edges.triangle_count(), |edge| {
+            let [a, b, _] = self.edges.triangle(edge);
+            a.distance(b)
+        })
     }
 
     /// For each point, the index of the closest edge, and the position along that edge, from 0 to 1.
