@@ -70,6 +70,12 @@ pub trait FlipCost: Sync {
         self.total(mesh)
     }
 
+    /// The part of [`FlipCost::total`] that no flip changes. The rounding error of a total is relative to
+    /// the rest.
+    fn constant(&self, _mesh: &TriMesh) -> f64 {
+        0.0
+    }
+
     /// The part of the cost that the flip of an edge would change, before and after the flip. It must
     /// depend only on the triangles in [`FlipCost::stencil`].
     fn change(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Change;

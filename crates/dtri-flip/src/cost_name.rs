@@ -105,6 +105,12 @@ impl CostName {
         self.with(area, Optimise { mesh, options, progress })
     }
 
+    /// [`FlipOptions::in_force`] with this cost.
+    #[must_use]
+    pub fn in_force(self, options: &FlipOptions) -> FlipOptions {
+        self.with(VertexArea::default(), InForce(options))
+    }
+
     fn with<T: Task>(self, area: VertexArea, task: T) -> T::Output {
         let vertex_cost = |function| VertexCost { function, area };
         match self {
@@ -134,6 +140,16 @@ impl Task for Total<'_> {
 
     fn run<C: FlipCost>(self, cost: &C) -> f64 {
         cost.total(self.0)
+    }
+}
+
+struct InForce<'a>(&'a FlipOptions);
+
+impl Task for InForce<'_> {
+    type Output = FlipOptions;
+
+    fn run<C: FlipCost>(self, cost: &C) -> FlipOptions {
+        self.0.in_force(cost)
     }
 }
 

@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use mesh_core::EdgeMap;
 
+use crate::cost::FlipCost;
 use crate::error::FlipError;
 use crate::shape::ShapeConstraint;
 
@@ -46,6 +47,11 @@ pub struct FlipOptions {
     pub max_flips_per_edge: Option<u32>,
 }
 
+/// Default limit of flips per edge for a potential.
+const FLIPS_PER_EDGE: u32 = 100;
+/// Default limit of flips per edge for a cost that may cycle.
+const FLIPS_PER_EDGE_WITH_CYCLES: u32 = 8;
+
 impl Default for FlipOptions {
     fn default() -> Self {
         Self {
@@ -69,6 +75,21 @@ impl Default for FlipOptions {
 impl FlipOptions {
     /// The largest look-ahead. About a million sequences of that length start at each edge.
     pub const MAX_LOOK_AHEAD: usize = 8;
+
+    /// The options of a run with a cost: with the defaults of this cost where nothing was chosen.
+    #[must_use]
+    pub fn in_force<C: FlipCost>(&self, cost: &C) -> Self {
+        Self {
+            shape: Some(self.shape.unwrap_or_else(|| cost.shape_constraint())),
+            max_flips_per_edge: Some(self.most_flips_per_edge(cost)),
+            ..self.clone()
+        }
+    }
+
+    pub(crate) fn most_flips_per_edge<C: FlipCost>(&self, cost: &C) -> u32 {
+        let default = if cost.is_potential() { FLIPS_PER_EDGE } else { FLIPS_PER_EDGE_WITH_CYCLES };
+        self.max_flips_per_edge.unwrap_or(default)
+    }
 
     /// Checks the options against the size of a mesh.
     pub(crate) fn check(&self, edges: usize) -> Result<(), FlipError> {

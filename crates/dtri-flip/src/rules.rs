@@ -24,6 +24,8 @@ pub(crate) struct Rules<'a, C: FlipCost> {
     pub(crate) flips_of_edge: EdgeMap<u32>,
     /// The end of the time limit.
     pub(crate) deadline: Option<Instant>,
+    /// [`FlipCost::constant`] of the mesh.
+    constant: f64,
     /// Gains below this are rounding.
     noise: f64,
     /// Distances below this are rounding.
@@ -45,13 +47,10 @@ impl<'a, C: FlipCost> Rules<'a, C> {
             shape: ShapeCheck::new(mesh, options.shape.unwrap_or_else(|| cost.shape_constraint())),
             flips_of_edge: mesh.topology().edge_map(0),
             deadline,
+            constant: cost.constant(mesh),
             noise: noise_floor(mesh, cost.length_exponent()),
             resolution: resolution(mesh),
-            max_flips_per_edge: options.max_flips_per_edge.unwrap_or(if cost.is_potential() {
-                FLIPS_PER_EDGE
-            } else {
-                FLIPS_PER_EDGE_WITH_CYCLES
-            }),
+            max_flips_per_edge: options.most_flips_per_edge(cost),
         }
     }
 
@@ -74,6 +73,11 @@ impl<'a, C: FlipCost> Rules<'a, C> {
     #[inline]
     pub(crate) fn is_gain(&self, change: Change) -> bool {
         change.gain() > self.noise + RELATIVE_NOISE * (change.before.abs() + change.after.abs())
+    }
+
+    /// [`Rules::is_gain`] of a change from one total to another.
+    pub(crate) fn is_gain_of_totals(&self, [before, after]: [f64; 2]) -> bool {
+        self.is_gain(Change { before: before - self.constant, after: after - self.constant })
     }
 
     /// Whether the height of a triangle is below the resolution of the coordinates.
@@ -115,11 +119,6 @@ impl<'a, C: FlipCost> Rules<'a, C> {
 
 /// Relative rounding error of the sums in a change.
 const RELATIVE_NOISE: f64 = 1e-12;
-
-/// Default limit of flips per edge for a potential.
-const FLIPS_PER_EDGE: u32 = 100;
-/// Default limit of flips per edge for a cost that may cycle.
-const FLIPS_PER_EDGE_WITH_CYCLES: u32 = 8;
 
 /// The gain that rounding of the coordinates can make.
 ///

@@ -25,7 +25,10 @@ fn independent(mesh: &TriMesh, cost: CostName) -> Option<f64> {
         CostName::F3 => Some(totals.f3),
         CostName::Gauss => Some(totals.abs_gaussian.value()),
         CostName::Area => Some(mesh.area()),
-        CostName::Willmore => Some(dcurv::total_willmore_energy(mesh)),
+        CostName::GaussExtrinsic => Some(dcurv::total_extrinsic_curvature(mesh).value()),
+        CostName::Willmore | CostName::WillmorePotential => {
+            Some(dcurv::total_willmore_energy(mesh))
+        }
         _ => None,
     }
 }
@@ -54,7 +57,7 @@ fn trap_16_the_energy_never_rises_and_look_ahead_ends_no_worse() {
                 let report = run(&mut copy, cost, &options);
                 assert_eq!(report.flips, limit);
                 let now = cost.total(&copy, VertexArea::Voronoi);
-                assert!(now <= last, "{cost} rose from {last} to {now} in flip {limit}");
+                assert!(now <= last + 1e-12, "{cost} rose from {last} to {now} in flip {limit}");
                 if let Some(expected) = independent(&copy, cost) {
                     assert!(close(now, expected), "{cost}: {now} {expected}");
                 }
@@ -75,14 +78,12 @@ fn trap_16_rows_continue_where_single_flips_end() {
                 let options = FlipOptions { look_ahead, ..Default::default() };
                 // From the local minimum of the greedy run, and from the start.
                 let further = run(&mut greedy.clone(), cost, &options);
-                assert!(further.cost_after <= plain.cost_after * (1.0 + 1e-14), "{cost}");
+                let at_most = |limit: f64| limit + 1e-12 * (1.0 + limit.abs());
+                assert!(further.cost_after <= at_most(plain.cost_after), "{cost}");
                 let mut copy = mesh.clone();
                 let report = run(&mut copy, cost, &options);
                 copy.topology().validate().unwrap();
-                assert!(
-                    report.cost_after <= plain.cost_after * (1.0 + 1e-12),
-                    "{cost} {look_ahead}"
-                );
+                assert!(report.cost_after <= at_most(plain.cost_after), "{cost} {look_ahead}");
             }
         }
     }
@@ -232,7 +233,7 @@ proptest! {
         mesh.topology().validate().unwrap();
         prop_assert!(report.cost_before.is_finite() && report.cost_after.is_finite());
         if cost.is_potential() {
-            prop_assert!(report.cost_after <= report.cost_before * (1.0 + 1e-12));
+            prop_assert!(report.cost_after <= report.cost_before + 1e-12 * (1.0 + report.cost_before.abs()));
         }
         if let (Some(before), Some(after)) = (before, independent(&mesh, cost)) {
             prop_assert!(close(before, report.cost_before), "{} {:?}", before, report);

@@ -3,7 +3,7 @@
 use core::iter::zip;
 
 use glam::DVec3;
-use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, parallel};
+use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, Topology, TriMesh, VertexId, parallel};
 
 use super::edge_term::EdgeTerm;
 use super::simd_batch::{EdgeBatch, QuadBatch};
@@ -21,18 +21,19 @@ pub(crate) trait EdgeSum: EdgeTerm {
     ) -> [f64; N] {
         let topology = mesh.topology();
         let mut batch = EdgeBatch::<N>::new();
-        let mut inside = [false; N];
+        let mut counts = [0.0; N];
         for (place, edge) in edges.enumerate().take(N) {
             if topology.contains_edge(edge)
                 && let Some(quad) = Quad::around(topology, edge)
             {
                 batch.set(place, corner_points(mesh, &quad));
-                inside[place] = true;
+                let [a, b, ..] = quad.corners;
+                counts[place] = count::<Self>(topology, [a, b]);
             }
         }
         let mut terms = batch.terms(self);
-        for (term, inside) in zip(&mut terms, inside) {
-            *term = if inside { *term } else { 0.0 };
+        for (term, count) in zip(&mut terms, counts) {
+            *term = if count > 0.0 { *term * count } else { 0.0 };
         }
         terms
     }
@@ -73,7 +74,12 @@ pub(crate) trait EdgeSum: EdgeTerm {
         };
         let [bc, ca, ad, db] = quad.sides;
         let turned = self.term(c, d, b, a);
-        [turned, side(bc, b, c, d), side(ca, c, a, d), side(ad, a, d, c), side(db, d, b, c)]
+        let mut terms =
+            [turned, side(bc, b, c, d), side(ca, c, a, d), side(ad, a, d, c), side(db, d, b, c)];
+        for (term, count) in zip(&mut terms, counts_after::<Self>(mesh.topology(), quad)) {
+            *term *= count;
+        }
+        terms
     }
 
     /// [`EdgeSum::terms_after`] of up to [`QUADS`] quadrilaterals, vectorised.
@@ -89,11 +95,36 @@ pub(crate) trait EdgeSum: EdgeTerm {
                 }
             }
         }
-        block.terms_after(self)
+        let mut terms = block.terms_after(self);
+        for (place, quad) in quads.iter().enumerate().take(QUADS) {
+            let Some(quad) = quad else { continue };
+            for (terms, count) in zip(&mut terms, counts_after::<Self>(mesh.topology(), quad)) {
+                terms[place] *= count;
+            }
+        }
+        terms
     }
 }
 
 impl<T: EdgeTerm> EdgeSum for T {}
+
+/// How often the term of an interior edge with these ends counts.
+#[inline]
+fn count<T: EdgeTerm>(topology: &Topology, [a, b]: [VertexId; 2]) -> f64 {
+    if !T::COUNTS_AT_INTERIOR_ENDS {
+        return 1.0;
+    }
+    let at = |end| if topology.is_boundary_vertex(end) { 0.0 } else { 1.0 };
+    at(a) + at(b)
+}
+
+/// The counts of the terms after the flip, in the order of [`EdgeSum::terms_after`].
+#[inline]
+fn counts_after<T: EdgeTerm>(topology: &Topology, quad: &Quad) -> [f64; 5] {
+    let [a, b, c, d] = quad.corners;
+    let count = |from, to| count::<T>(topology, [from, to]);
+    [count(c, d), count(b, c), count(c, a), count(a, d), count(d, b)]
+}
 
 /// Number of quadrilaterals per vectorised evaluation. A flip affects 13 edges.
 pub(crate) const QUADS: usize = 16;
@@ -133,9 +164,13 @@ impl<T: EdgeTerm> FlipCost for T {
         self.prepared_total(mesh, &self.all_terms(mesh))
     }
 
-    fn prepared_total(&self, _: &TriMesh, terms: &EdgeMap<f64>) -> f64 {
+    fn prepared_total(&self, mesh: &TriMesh, terms: &EdgeMap<f64>) -> f64 {
         let terms = terms.as_slice();
-        parallel::sum(terms.len(), |i| terms[i])
+        parallel::sum(terms.len(), |i| terms[i]) + EdgeTerm::constant(self, mesh)
+    }
+
+    fn constant(&self, mesh: &TriMesh) -> f64 {
+        EdgeTerm::constant(self, mesh)
     }
 
     #[inline]

@@ -20,7 +20,8 @@ use crate::quad::Quad;
 /// not tell a folded face from an unfolded one. BAR06 has no constraint
 /// ([`Unrestricted`](crate::ShapeConstraint::Unrestricted)).
 ///
-/// Boundary sides of a quadrilateral have no intersection angle and add nothing. No unit.
+/// Boundary: as for [`Willmore`](crate::Willmore). Boundary sides of a quadrilateral have no intersection
+/// angle, and an interior edge counts once for each interior end. Virtual points are interior. No unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VirtualWillmore;
 
@@ -62,17 +63,18 @@ impl FlipCost for VirtualWillmore {
 fn split_energy(mesh: &TriMesh, corners: [VertexId; 4], outer: [Option<VertexId>; 4]) -> f64 {
     let [a, b, c, d] = corners.map(|v| mesh.position(v));
     let middle = 0.5 * (a + b);
-    let inner = intersection_angle(a, middle, c, d)
-        + intersection_angle(middle, b, c, d)
-        + intersection_angle(c, middle, a, b)
-        + intersection_angle(d, middle, b, a);
+    let is_interior = |v| if mesh.topology().is_boundary_vertex(v) { 0.0 } else { 1.0 };
+    let [at_a, at_b, at_c, at_d] = corners.map(is_interior);
+    let inner = (1.0 + at_a) * intersection_angle(a, middle, c, d)
+        + (1.0 + at_b) * intersection_angle(middle, b, c, d)
+        + (1.0 + at_c) * intersection_angle(c, middle, a, b)
+        + (1.0 + at_d) * intersection_angle(d, middle, b, a);
     let side = |from: DVec3, to: DVec3, apex: Option<VertexId>| {
         apex.map_or(0.0, |v| intersection_angle(from, to, middle, mesh.position(v)))
     };
-    // Every edge counts at both ends.
-    2.0 * (inner
-        + side(b, c, outer[0])
-        + side(c, a, outer[1])
-        + side(a, d, outer[2])
-        + side(d, b, outer[3]))
+    inner
+        + (at_b + at_c) * side(b, c, outer[0])
+        + (at_c + at_a) * side(c, a, outer[1])
+        + (at_a + at_d) * side(a, d, outer[2])
+        + (at_d + at_b) * side(d, b, outer[3])
 }

@@ -8,7 +8,7 @@ use super::insertion::COMPARED;
 use super::patch::Patch;
 use super::round::Round;
 use super::walk::SearchLimits;
-use crate::cost::{Change, FlipCost};
+use crate::cost::FlipCost;
 use crate::progress::{Monitor, Phase, Progress};
 use crate::report::Stop;
 use crate::run::Run;
@@ -48,7 +48,7 @@ pub(super) fn attempt<C: FlipCost>(
     let stopped =
         stopped.or_else(|| (monitor.flips_left(run.log.len()) == 0).then_some(Stop::FlipLimit));
     let is_better = stopped.is_none()
-        && run.rules.is_gain(Change { before, after })
+        && run.rules.is_gain_of_totals([before, after])
         && checks.allow(run, patch);
     if is_better {
         run.running_cost = after;

@@ -5,7 +5,7 @@ use mesh_core::{EdgeId, VertexId};
 use super::patch::Zone;
 use super::round::{Checkpoint, Round};
 use super::walk::{Reached, SearchLimits};
-use crate::cost::{Change, FlipCost};
+use crate::cost::FlipCost;
 
 /// Neighbourhood that is searched for a better face.
 const NEARBY: SearchLimits = SearchLimits { steps: 3, faces: 24 };
@@ -110,8 +110,7 @@ impl<C: FlipCost> Round<'_, '_, C> {
             let star = self.star_edges(v);
             let flipped: Vec<EdgeId> = self.run.log[start.flips..].to_vec();
             self.descend(flipped.into_iter().chain(star).collect());
-            let change = Change { before: start.cost, after: self.run.running_cost };
-            if self.run.rules.is_gain(change) {
+            if self.run.rules.is_gain_of_totals([start.cost, self.run.running_cost]) {
                 return true;
             }
         }

@@ -178,9 +178,9 @@ fn add_claims(item: &mut Item, initial: &TriMesh, printed: &TriMesh) {
         "creases",
         outcome,
         format!(
-            "the mean difference in height from the face falls from {before:.5} to {after:.5}, and \
-             the creases are gone from the picture; but where the face is nearly flat {folded} \
-             triangles fold over, so that F2 goes from {f2_before:.1} to {f2_after:.1}"
+            "the mean difference in height from the face goes from {before:.5} to {after:.5}; {folded} \
+             triangles fold over, and F2 goes from {f2_before:.1} to {f2_after:.1}. Holds if the difference \
+             falls and no triangle folds over, in part if some do"
         ),
     );
 }

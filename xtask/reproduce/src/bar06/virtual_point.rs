@@ -58,7 +58,8 @@ impl Point {
     }
 }
 
-/// The rule of the paper with another virtual point; see [`VirtualWillmore`](dtri_flip::VirtualWillmore).
+/// The rule of the paper with another virtual point, on closed meshes; see
+/// [`VirtualWillmore`](dtri_flip::VirtualWillmore).
 struct Placed(Point);
 
 impl FlipCost for Placed {
