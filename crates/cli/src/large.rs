@@ -16,6 +16,7 @@ use crate::failure::Failure;
 use crate::interrupt::{self, while_writing, while_writing_all};
 use crate::load::{Loading, parse_bytes};
 use crate::save::{SaveOptions, explain, make_folder_of, save};
+use crate::simplify_options;
 use crate::text::printable;
 
 /// The memory limit of a run, and its work folder.
@@ -349,6 +350,31 @@ pub(crate) fn settings(
     let capacity = Capacity::within(memory, &options, 1 + finer_levels.len(), prove.is_some())
         .map_err(Failure::regions)?;
     Ok(Settings { options, finer_levels, repairs: repairs(repair)?, capacity, prove })
+}
+
+/// All settings of a run with a memory limit, with those of the preset, for reports.
+#[derive(Serialize)]
+pub(crate) struct RegionSettings {
+    settings: Options,
+    regions: Regions,
+}
+
+/// The settings beside the options of the collapses.
+#[derive(Serialize)]
+struct Regions {
+    finer_levels: Vec<Target>,
+    repairs: Repairs,
+    capacity: Capacity,
+    prove: Option<f64>,
+}
+
+impl RegionSettings {
+    pub(crate) fn of(settings: &Settings) -> Self {
+        // Destructured, so that the compiler finds a forgotten field.
+        let Settings { options, finer_levels, repairs, capacity, prove } = settings.clone();
+        let regions = Regions { finer_levels, repairs, capacity, prove };
+        Self { settings: simplify_options::settings(&options), regions }
+    }
 }
 
 /// Shows a step on the progress bar.

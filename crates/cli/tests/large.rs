@@ -36,6 +36,7 @@ fn in_one_go_step_by_step_and_killed_in_between_is_the_same() {
 
     let split = ["region", "split", text(&input), "-w", text(&work)];
     let mut plan = json(&[&split[..], &TARGET[..]].concat());
+    assert_eq!([&plan["settings"], &plan["regions"]], [&report["settings"], &report["regions"]]);
     while plan["next"] == "pass" {
         let level = plan["level"].as_u64().unwrap();
         // In any order, and in shards.

@@ -17,6 +17,7 @@ mod patch;
 mod pictures;
 mod principal;
 mod real_meshes;
+mod settings;
 mod shapes;
 mod simplify;
 mod split;

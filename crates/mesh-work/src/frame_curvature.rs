@@ -30,8 +30,8 @@ pub struct FrameValues {
     /// Whether the default radius was reduced because balls contain very many faces; see
     /// [`default_ball_radius`].
     pub radius_reduced: bool,
-    /// The number of rings of neighbours that the surfaces were fitted to.
-    pub rings: Option<usize>,
+    /// How the surfaces were fitted.
+    pub fit: Option<FitOptions>,
 }
 
 /// The radius of balls.
@@ -59,7 +59,7 @@ impl FrameValues {
     #[must_use]
     pub fn fitted(mesh: &TriMesh, rings: usize) -> Self {
         let options = FitOptions { rings, ..FitOptions::default() };
-        Self::of_fits(&fitted_frames(mesh, &options), rings)
+        Self::of_fits(&fitted_frames(mesh, &options), options)
     }
 
     /// As [`FrameValues::fitted`], until `stops` returns true; then `None`. Any thread calls `stops` before each
@@ -71,12 +71,12 @@ impl FrameValues {
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Option<Self> {
         let options = FitOptions { rings, ..FitOptions::default() };
-        Some(Self::of_fits(&fitted_frames_until(mesh, &options, stops)?, rings))
+        Some(Self::of_fits(&fitted_frames_until(mesh, &options, stops)?, options))
     }
 
-    fn of_fits(frames: &VertexMap<Option<PrincipalFrame>>, rings: usize) -> Self {
+    fn of_fits(frames: &VertexMap<Option<PrincipalFrame>>, options: FitOptions) -> Self {
         let of_vertex = frames.map(|frame| frame.map(FrameValue::of_fit));
-        Self { of_vertex, radius: None, radius_reduced: false, rings: Some(rings) }
+        Self { of_vertex, radius: None, radius_reduced: false, fit: Some(options) }
     }
 
     /// Averaged over balls. Without a radius, it is [`default_ball_radius`].
@@ -106,7 +106,7 @@ impl FrameValues {
     fn of_balls(balls: &VertexMap<BallCurvature>, size: BallRadius) -> Self {
         let of_vertex = balls.map(|ball| Some(FrameValue::of_ball(ball, ball.principal()?)));
         let BallRadius { radius, reduced } = size;
-        Self { of_vertex, radius: Some(radius), radius_reduced: reduced, rings: None }
+        Self { of_vertex, radius: Some(radius), radius_reduced: reduced, fit: None }
     }
 
     /// Curvatures of vertices times a third of the areas of their faces.

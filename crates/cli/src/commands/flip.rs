@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use dcurv::{CurvatureOptions, Curvatures};
+use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use dtri_flip::{
     Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Rejections,
     ShapeConstraint, Ties,
@@ -125,9 +125,20 @@ struct Optimise {
     time_limit: Option<std::time::Duration>,
 }
 
+/// All settings of a run, with the defaults of the cost. The map of locked edges is left out.
+#[derive(Serialize)]
+struct Settings {
+    /// Only for costs that divide by areas of vertices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    area: Option<VertexArea>,
+    #[serde(flatten)]
+    options: FlipOptions,
+}
+
 #[derive(Serialize)]
 struct Results {
     cost: String,
+    settings: Settings,
     cost_before: f64,
     cost_after: f64,
     flips: u64,
@@ -155,8 +166,9 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
         console.message(format_args!("{} border edges are kept", seams.count()));
     }
     let before = options.look.is_wanted().then(|| loaded.mesh.clone());
+    let flip_options = options.optimise.options(&seams);
     let flipped = Seconds::time(&mut seconds.compute, || {
-        optimise(&mut loaded.mesh, &options.optimise, &seams, console)
+        optimise(&mut loaded.mesh, &options.optimise, &flip_options, console)
     })?;
     if task.output.is_some() {
         let corners = seams.corner_source(loaded.mesh.topology());
@@ -165,7 +177,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
         model.corner_normals = None;
         task.save(&model, &options.job.save, &mut seconds, console)?;
     }
-    let results = Results::new(&options.optimise, &flipped);
+    let results = Results::new(&options.optimise, &flip_options, &flipped);
     let report = task.report(console, loaded.counts(), results, seconds);
     if let Some(before) = &before {
         options.look.write(page(&task.input, before, &loaded.mesh), &report, console)?;
@@ -217,10 +229,40 @@ impl Optimise {
                 given.refuse(&["seed"], cure)?;
             }
         }
-        if !matches!(self.cost, CostName::F1 | CostName::F3) {
+        if !self.uses_areas() {
             given.refuse(&["area"], "only the costs f1 and f3 use it")?;
         }
         Ok(())
+    }
+
+    /// Whether the cost divides by areas of vertices.
+    fn uses_areas(&self) -> bool {
+        matches!(self.cost, CostName::F1 | CostName::F3)
+    }
+
+    /// The options of the library.
+    fn options(&self, seams: &Seams) -> FlipOptions {
+        FlipOptions {
+            look_ahead: self.look_ahead,
+            rebuild: self.rebuilding(),
+            anneal: self.annealing(),
+            feature_angle: self.feature_angle,
+            locked: Some(seams.edges.clone()),
+            shape: self.shape_constraint,
+            max_fold: self.max_fold,
+            forbid_intersections: self.no_intersections,
+            ties: self.ties(),
+            max_flips: self.max_flips,
+            time_limit: self.time_limit,
+            ..FlipOptions::default()
+        }
+    }
+
+    fn settings(&self, options: &FlipOptions) -> Settings {
+        Settings {
+            area: self.uses_areas().then(|| self.area.into()),
+            options: FlipOptions { locked: None, ..self.cost.in_force(options) },
+        }
     }
 
     fn rebuilding(&self) -> Option<Rebuild> {
@@ -243,26 +285,12 @@ impl Optimise {
 fn optimise(
     mesh: &mut TriMesh,
     options: &Optimise,
-    seams: &Seams,
+    flip_options: &FlipOptions,
     console: &Console,
 ) -> Result<FlipReport, Failure> {
-    let flip_options = FlipOptions {
-        look_ahead: options.look_ahead,
-        rebuild: options.rebuilding(),
-        anneal: options.annealing(),
-        feature_angle: options.feature_angle,
-        locked: Some(seams.edges.clone()),
-        shape: options.shape_constraint,
-        max_fold: options.max_fold,
-        forbid_intersections: options.no_intersections,
-        ties: options.ties(),
-        max_flips: options.max_flips,
-        time_limit: options.time_limit,
-        ..FlipOptions::default()
-    };
     let bar = console.progress(mesh.topology().edge_count() as u64, "flipping");
     let result =
-        options.cost.optimise(mesh, options.area.into(), &flip_options, &mut |now| show(&bar, now));
+        options.cost.optimise(mesh, options.area.into(), flip_options, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     result.map_err(|error| Failure::Usage(error.to_string()))
 }
@@ -281,9 +309,10 @@ fn show(bar: &ProgressBar, now: Progress) -> ControlFlow<()> {
 }
 
 impl Results {
-    fn new(options: &Optimise, flipped: &FlipReport) -> Self {
+    fn new(options: &Optimise, flip_options: &FlipOptions, flipped: &FlipReport) -> Self {
         Self {
             cost: options.cost.to_string(),
+            settings: options.settings(flip_options),
             cost_before: flipped.cost_before,
             cost_after: flipped.cost_after,
             flips: flipped.flips,

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use curvpatch::{
-    Cover, CoverCandidates, CoverMethod, CoverOptions, CurvatureEstimator, Shape, SizeOptions,
-    patch_color,
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CurvatureEstimator, Params, Shape,
+    SizeOptions, patch_color,
 };
 use glam::DVec3;
 use mesh_core::{FaceId, Handle, TriMesh};
@@ -145,8 +145,26 @@ enum Content {
     Splats,
 }
 
+/// All settings, with those of the preset.
+#[derive(Serialize)]
+struct Settings {
+    params: Params,
+    #[serde(flatten)]
+    patches: PatchSettings,
+}
+
+/// The settings of one patch or of a cover.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum PatchSettings {
+    Cover(CoverOptions),
+    Within { face: usize, size: SizeOptions, shapes: Vec<Shape> },
+    OfRadius { face: usize, radius: f64, shapes: Vec<Shape> },
+}
+
 #[derive(Serialize)]
 struct Results {
+    settings: Settings,
     patches: usize,
     covered_faces: usize,
     uncovered_faces: usize,
@@ -156,8 +174,9 @@ struct Results {
     method: &'static str,
 }
 
-/// Patches, and the tolerance for cutting them into triangles.
+/// Patches, how they were made, and the tolerance for cutting them into triangles.
 struct Made {
+    settings: Settings,
     cover: Cover,
     cut: f64,
 }
@@ -181,22 +200,23 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
     let relative = options.job.loading.relative;
     let made = Seconds::time(&mut seconds.compute, || options.what.make(mesh, relative, console))?;
     write(options, task, mesh, &made, &mut seconds, console)?;
-    let Made { cover, .. } = &made;
+    let page = match options.look.is_wanted() {
+        true => Some(page(&task.input, &options.job.loading, mesh, &made)?),
+        false => None,
+    };
+    let Made { settings, cover, .. } = made;
     let results = Results {
+        settings,
         patches: cover.patches.len(),
         covered_faces: cover.covered_faces(),
         uncovered_faces: cover.residual.len(),
         tolerance: options.what.radius.is_none().then_some(cover.tolerance),
         max_error: cover.max_error(),
-        method: options.what.method_name(cover),
+        method: options.what.method_name(&cover),
     };
     let report = task.report(console, loaded.counts(), results, seconds);
-    if options.look.is_wanted() {
-        options.look.write(
-            page(&task.input, &options.job.loading, mesh, &made)?,
-            &report,
-            console,
-        )?;
+    if let Some(page) = page {
+        options.look.write(page, &report, console)?;
     }
     let Results { patches, covered_faces, .. } = report.results;
     let brief = format!("{patches} patches for {covered_faces} of {} faces", report.faces);
@@ -208,7 +228,7 @@ const MOST_ALONE: usize = 60;
 
 /// The cover, the mesh under it, and the patches one by one with frame and arcs.
 fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<Page, Failure> {
-    let Made { cover, cut } = made;
+    let Made { cover, cut, .. } = made;
     let whole = cover_model(mesh, cover, *cut).map_err(failed)?;
     let mut together = view::content("cover", input, &whole, loading)?;
     let mut under = view::mesh("mesh", mesh);
@@ -319,25 +339,27 @@ impl Patch {
 
 impl What {
     fn make(&self, mesh: &TriMesh, relative: bool, console: &Console) -> Result<Made, Failure> {
-        let estimator = CurvatureEstimator::new(mesh, self.preset.params())
+        let params = self.preset.params();
+        let estimator = CurvatureEstimator::new(mesh, params)
             .map_err(|error| Failure::Usage(error.to_string()))?;
+        let shapes = self.shape.shapes();
         let units = |length: Length| length.on(mesh, relative).map_err(Failure::refused);
         match (self.face, self.radius) {
             (Some(face), Some(radius)) => {
                 let radius = units(radius)?;
-                let shapes = self.shape.shapes();
                 let cover = patch_of_radius(&estimator, face_of(mesh, face)?, radius, &shapes)
                     .map_err(failed)?;
-                Ok(Made { cover, cut: 2e-3 * radius })
+                let patches = PatchSettings::OfRadius { face, radius, shapes };
+                Ok(Made { settings: Settings { params, patches }, cover, cut: 2e-3 * radius })
             }
             (Some(face), None) => {
                 let tolerance = units(self.tolerance)?;
-                let face = face_of(mesh, face)?;
                 let overhang = !self.no_overhang;
-                let options = SizeOptions { overhang, ..SizeOptions::new(tolerance) };
-                let cover = patch_within(&estimator, face, options, &self.shape.shapes())
+                let size = SizeOptions { overhang, ..SizeOptions::new(tolerance) };
+                let cover = patch_within(&estimator, face_of(mesh, face)?, size, &shapes)
                     .map_err(failed)?;
-                Ok(Made { cover, cut: 0.5 * tolerance })
+                let patches = PatchSettings::Within { face, size, shapes };
+                Ok(Made { settings: Settings { params, patches }, cover, cut: 0.5 * tolerance })
             }
             (None, _) => self.cover(&estimator, units(self.tolerance)?, console),
         }
@@ -365,7 +387,9 @@ impl What {
             });
         bar.finish_and_clear();
         let candidates = candidates.map_err(|error| Failure::Usage(error.to_string()))?;
-        Ok(Made { cover: candidates.choose(options.method), cut: 0.5 * tolerance })
+        let cover = candidates.choose(options.method);
+        let (params, patches) = (self.preset.params(), PatchSettings::Cover(options));
+        Ok(Made { settings: Settings { params, patches }, cover, cut: 0.5 * tolerance })
     }
 
     fn method_name(&self, cover: &Cover) -> &'static str {
@@ -400,7 +424,7 @@ fn write(
     seconds: &mut Seconds,
     console: &Console,
 ) -> Result<(), Failure> {
-    let Made { cover, cut } = made;
+    let Made { cover, cut, .. } = made;
     let Some(output) = &task.output else { return Ok(()) };
     let save = &options.job.save;
     match options.content(Some(output)) {

@@ -10,7 +10,7 @@ use crate::batch::{Shard, parse_shard};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::{self, while_writing};
-use crate::large::{self, Level};
+use crate::large::{self, Level, RegionSettings};
 use crate::load::{Loading, parse_bytes};
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, paths_of_levels};
 use crate::session::{Outcome, Session};
@@ -156,6 +156,9 @@ struct Report {
     cells: u32,
     /// The number of faces of the regions of the step, or of the level.
     faces: u64,
+    /// The settings of the run, from a plan.
+    #[serde(flatten)]
+    in_force: Option<RegionSettings>,
     /// The next step, from a plan: `pass`, `strips`, `finish`.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<&'static str>,
@@ -232,6 +235,7 @@ fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Fa
         level: plan.level,
         cells: plan.cells,
         faces: plan.faces,
+        in_force: Some(RegionSettings::of(&work.manifest().settings)),
         next: Some(next),
         joined,
         apart,
@@ -420,6 +424,7 @@ fn report(work: &Work, step: &'static str, console: &Console) -> Report {
         level: 0,
         cells: 0,
         faces: 0,
+        in_force: None,
         next: None,
         joined: None,
         apart: None,

@@ -17,7 +17,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::Interruption;
-use crate::large::{self, Large, Passes};
+use crate::large::{self, Large, Passes, RegionSettings};
 use crate::load::{Loading, Seconds};
 use crate::save::make_folder_of;
 use crate::session::{Outcome, Session};
@@ -98,10 +98,20 @@ struct Unreached {
     held_by: BTreeMap<&'static str, usize>,
 }
 
-#[derive(Default, Serialize)]
+/// The settings of a run in memory, or region by region.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum InForce {
+    InMemory { settings: Settings },
+    InRegions(RegionSettings),
+}
+
+#[derive(Serialize)]
 struct Results {
     preset: String,
-    settings: Settings,
+    /// All settings, with those of the preset.
+    #[serde(flatten)]
+    in_force: InForce,
     faces_in: usize,
     faces_out: usize,
     /// Absent if the result is larger than memory.
@@ -220,8 +230,8 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     let Job { loading, many, .. } = &options.job;
     let (large, memory) = (&options.large, options.large.memory.unwrap_or(u64::MAX));
     let prove = options.policy.proves().then_some(large::PROVED);
-    let in_force = settings(&chosen);
     let settings = large::settings(chosen, Vec::new(), memory, &loading.repair, prove)?;
+    let in_force = InForce::InRegions(RegionSettings::of(&settings));
     let Some(output) = &task.output else {
         return Err(Failure::usage("say where the result goes: -o OUT"));
     };
@@ -241,14 +251,21 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     };
     let results = Results {
         preset: options.policy.preset.to_string(),
-        settings: Settings { options: in_force, ..Settings::default() },
+        in_force,
         faces_in: summary.triangles as usize,
         faces_out: outcome.faces as usize,
         vertices_out,
         stop: outcome.stop.name(),
         error: outcome.error.map(|upper| Achieved { lower: 0.0, upper: Some(upper) }),
         passes: Some(passes),
-        ..Results::default()
+        unreached: None,
+        charts: None,
+        size: None,
+        max_cost: None,
+        collapses: None,
+        rejected: None,
+        boundary_shift: None,
+        fit: None,
     };
     let counts = [summary.vertices as usize, summary.triangles as usize];
     Seconds::time(&mut seconds.save, || {
@@ -403,7 +420,7 @@ impl Results {
         });
         Self {
             preset: options.policy.preset.to_string(),
-            settings,
+            in_force: InForce::InMemory { settings },
             faces_in,
             faces_out: faces,
             vertices_out: Some(vertices),

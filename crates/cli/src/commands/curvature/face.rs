@@ -1,6 +1,6 @@
 //! `curvmesh curvature --estimator face`: the curvature of every face from normal sections.
 
-use curvpatch::{DiscCurvature, DiscSize};
+use curvpatch::{DiscCurvature, DiscSize, Params};
 use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
@@ -22,12 +22,20 @@ const KNOWN: &str = "curvature_known";
 const TRUNCATED: &str = "sections_truncated";
 const CLOSED: &str = "sections_closed";
 
+/// All settings, with those of the preset.
+#[derive(Serialize)]
+struct Settings {
+    params: Params,
+    size: DiscSize,
+}
+
 /// The results in `--json`: integrals with the names of the vertex estimator, and face counts.
 #[derive(Serialize)]
 struct Results {
     #[serde(flatten)]
     integrals: Integrals,
     estimator: &'static str,
+    settings: Settings,
     /// The radius of the discs; the median radius if `local_radius`.
     radius: f64,
     /// Whether the length of sections follows the edges around each face.
@@ -184,6 +192,7 @@ fn results(options: &Curvature, loaded: &Loaded, values: &FaceValues, scale: &Sc
     Results {
         integrals: values.integrals(&loaded.mesh),
         estimator: "face",
+        settings: Settings { params: options.estimate.preset.params(), size: values.size },
         radius: values.radius,
         local_radius: values.size == DiscSize::Local,
         truncated_faces: values.count(|disc| disc.truncated),

@@ -1,6 +1,7 @@
 //! `curvmesh curvature --estimator fit` and `ball`: principal curvatures and directions of every
 //! vertex, from fitted quadratic surfaces or averaged over balls.
 
+use dcurv::FitOptions;
 use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
@@ -21,11 +22,20 @@ use crate::view::{self, name_of};
 /// vertices are 0.
 const KNOWN: &str = "curvature_known";
 
+/// All settings.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Settings {
+    Fit(FitOptions),
+    Ball { radius: Option<f64> },
+}
+
 #[derive(Serialize)]
 struct Results {
     #[serde(flatten)]
     integrals: Integrals,
     estimator: &'static str,
+    settings: Settings,
     /// Only for `ball`.
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
@@ -75,10 +85,11 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let results = Results {
         integrals: values.integrals(&loaded.mesh),
-        estimator: if values.radius.is_some() { "ball" } else { "fit" },
+        estimator: if values.fit.is_some() { "fit" } else { "ball" },
+        settings: values.fit.map_or(Settings::Ball { radius: values.radius }, Settings::Fit),
         radius: values.radius,
         radius_reduced: values.radius_reduced,
-        rings: values.rings,
+        rings: values.fit.map(|fit| fit.rings),
         vertices_without_curvature: loaded
             .mesh
             .topology()

@@ -65,7 +65,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     let summary = disk_mesh.summary();
     let counts = [summary.vertices as usize, summary.triangles as usize];
     let integrals = Integrals::new(&totals, willmore);
-    let results = Results::new(*quantity, integrals, &totals, None, &scale);
+    let results = Results::new(options, integrals, &totals, None, &scale);
     done(&task.report(console, counts, results, seconds), console)
 }
 

@@ -1,6 +1,6 @@
 //! `curvmesh curvature --estimator vertex`: discrete curvature of every vertex.
 
-use dcurv::Totals;
+use dcurv::{CurvatureOptions, Totals};
 use mesh_core::{Topology, VertexMap, parallel};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
@@ -19,6 +19,7 @@ use crate::view::{self, name_of};
 
 #[derive(Serialize)]
 pub(super) struct Results {
+    settings: CurvatureOptions,
     #[serde(flatten)]
     integrals: Integrals,
     /// Total absolute extrinsic curvature; absent out of core.
@@ -57,7 +58,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let totals = values.curvatures.totals();
     let extrinsic = Some(values.total_extrinsic());
-    let results = Results::new(options.quantity, values.integrals(), &totals, extrinsic, &scale);
+    let results = Results::new(options, values.integrals(), &totals, extrinsic, &scale);
     let results = Results { inside_out: Some(inside_out), ..results };
     let report = task.report(console, counts, results, seconds);
     if let Some(page) = page {
@@ -125,13 +126,14 @@ const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 
 impl Results {
     pub(super) fn new(
-        quantity: Quantity,
+        options: &Curvature,
         integrals: Integrals,
         totals: &Totals,
         extrinsic: Option<f64>,
         scale: &Scale,
     ) -> Self {
         Self {
+            settings: CurvatureOptions { area: options.area.into() },
             integrals,
             extrinsic,
             norm_l1: totals.norm_l1,
@@ -139,7 +141,7 @@ impl Results {
             clamped_vertices: totals.clamped,
             boundary_vertices: totals.boundary,
             inside_out: None,
-            quantity: quantity.to_string(),
+            quantity: options.quantity.to_string(),
             range: [scale.low, scale.high],
         }
     }

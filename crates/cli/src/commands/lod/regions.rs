@@ -7,7 +7,7 @@ use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
 use crate::commands::lod::options::Lod;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::large::{self, Level, Passes};
+use crate::large::{self, Level, Passes, RegionSettings};
 use crate::load::Seconds;
 use crate::save::{SAVE_OPTIONS, check_target, paths_of_levels};
 use crate::session::{Outcome, Session};
@@ -16,6 +16,9 @@ use crate::task::Report;
 
 #[derive(Serialize)]
 struct Results {
+    preset: String,
+    #[serde(flatten)]
+    in_force: RegionSettings,
     levels: Vec<Level>,
     passes: Passes,
 }
@@ -38,6 +41,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let memory = large.memory.unwrap_or(u64::MAX);
     let prove = policy.proves().then_some(large::PROVED);
     let settings = large::settings(chosen, finer, memory, &source.loading.repair, prove)?;
+    let in_force = RegionSettings::of(&settings);
     let takes_regions = tiles || paths.iter().all(|path| large::takes_regions(path, save));
     let mut seconds = Seconds::default();
     let (outcome, work) = Seconds::time(&mut seconds.compute, || {
@@ -63,7 +67,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let summary = &work.manifest().summary;
     let counts = [summary.vertices as usize, summary.triangles as usize];
     large::remove(work, large);
-    let results = Results { levels, passes };
+    let results = Results { preset: policy.preset.to_string(), in_force, levels, passes };
     let report = Report::new(console, &source.input, counts, results, seconds).with_output(output);
     let lines = report.results.levels.iter().map(|level| format!("\n  {level}"));
     let text = format!("{}: {} faces{}", report.subject(), report.faces, lines.collect::<String>());

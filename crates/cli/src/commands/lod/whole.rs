@@ -11,7 +11,7 @@ use mesh_metric::Surface;
 use mesh_view::{Exhibit, Page, Section};
 use mesh_work::{Attributes, LevelError, LevelOfDetail, LevelSteps, Loaded};
 use serde::Serialize;
-use simplify::{CollapseLog, simplify_observed};
+use simplify::{CollapseLog, Options, simplify_observed};
 
 use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
@@ -22,15 +22,24 @@ use crate::large::is_folder;
 use crate::load::{Loading, Seconds};
 use crate::save::{Outputs, check_target, make_folder_of, paths_of_levels, save};
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{rejected, show};
+use crate::simplify_options::{rejected, settings, show};
 use crate::task::{Report, Source};
 use crate::view::{self, name_of};
 
 #[derive(Serialize)]
 struct Results {
+    #[serde(flatten)]
+    run: Option<CollapseRun>,
     collapses: usize,
     rejected: BTreeMap<&'static str, usize>,
     levels: Vec<Level>,
+}
+
+/// How the collapses were found; absent if they were replayed.
+#[derive(Serialize)]
+struct CollapseRun {
+    preset: String,
+    settings: Options,
 }
 
 /// A level, and its distance from the input: the mean and the root mean square over both directions, and the largest of
@@ -59,7 +68,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let place = Place::new(options, steps.count(), &session.given)?;
     let steps = steps.of(&loaded.mesh, loading.relative)?;
     let attributes = options.carry.find(&loaded, console)?;
-    let (log, rejected) = Seconds::time(&mut seconds.compute, || {
+    let Collapses { log, run, rejected } = Seconds::time(&mut seconds.compute, || {
         collapses(options, &steps, &loaded.mesh, &attributes, console)
     })?;
     let spinner = console.spinner("measuring");
@@ -72,7 +81,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     Seconds::time(&mut seconds.save, || {
         place.write(&loaded, &mut levels, &models, &log, options, console)
     })?;
-    let results = Results { collapses: log.len(), rejected, levels };
+    let results = Results { run, collapses: log.len(), rejected, levels };
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
     if options.look.is_wanted() {
@@ -129,31 +138,39 @@ fn page(
 }
 
 /// The collapses, from a record or from a run.
+struct Collapses {
+    log: CollapseLog,
+    run: Option<CollapseRun>,
+    rejected: BTreeMap<&'static str, usize>,
+}
+
 fn collapses(
     options: &Lod,
     steps: &LevelSteps,
     mesh: &TriMesh,
     attributes: &Attributes,
     console: &Console,
-) -> Result<(CollapseLog, BTreeMap<&'static str, usize>), Failure> {
+) -> Result<Collapses, Failure> {
     if let Some(path) = &options.replay {
         let failed = |source| Failure::Record { path: path.clone(), source: Box::new(source) };
         let file = File::open(path).map_err(|error| failed(error.into()))?;
         let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
-        return Ok((log, BTreeMap::new()));
+        return Ok(Collapses { log, run: None, rejected: BTreeMap::new() });
     }
-    let mut settings = options.policy.options(mesh, steps.limits()).for_levels();
-    attributes.constrain(mesh, &mut settings);
+    let mut chosen = options.policy.options(mesh, steps.limits()).for_levels();
+    attributes.constrain(mesh, &mut chosen);
     if let Some(error) = steps.max_error() {
-        settings = settings.within(error, options.policy.check());
+        chosen = chosen.within(error, options.policy.check());
         // With decimation to the tolerance, the result would not be a stage of the run.
-        settings.tolerance.decimate = false;
+        chosen.tolerance.decimate = false;
     }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
-    let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
+    let result = simplify_observed(mesh, &chosen, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     let result = result.map_err(Failure::simplify)?;
-    Ok((result.log, rejected(&result.rejections)))
+    let run =
+        CollapseRun { preset: options.policy.preset.to_string(), settings: settings(&chosen) };
+    Ok(Collapses { log: result.log, run: Some(run), rejected: rejected(&result.rejections) })
 }
 
 fn failed(error: LevelError) -> Failure {
