@@ -6,13 +6,19 @@ mod models;
 mod part;
 mod seven_points;
 mod subdivided;
+mod thin_plate;
 mod tie_orders;
 mod tori;
 pub(super) mod torus;
 
 use super::step::Step;
 
-pub(super) const STEPS: [Step; 8] = [
+pub(super) const STEPS: [Step; 9] = [
+    Step {
+        name: "Sec. 3, thin-plate energy",
+        data: &["torus", "convex7"],
+        compute: thin_plate::compute,
+    },
     Step { name: "Sec. 4, convex data", data: &[], compute: convex::compute },
     Step { name: "Fig. 4", data: &["convex7"], compute: seven_points::compute },
     Step { name: "Table 1 and Fig. 5", data: &["torus"], compute: torus::compute },

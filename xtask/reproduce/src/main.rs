@@ -11,6 +11,8 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod bar06;
+#[cfg(test)]
+mod commands;
 mod dhkl01;
 mod files;
 mod flips;

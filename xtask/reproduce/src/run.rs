@@ -67,14 +67,25 @@ impl Run<'_> {
         let path = self.out.join(&file);
         let png = render(&picture.scene, picture.view, picture.style).and_then(|p| p.to_png());
         std::fs::write(&path, png.map_err(Failure::mesh)?).map_err(Failure::writing(&path))?;
-        let meshes = ["ply", "glb"].map(|kind| PathBuf::from(picture.name).with_extension(kind));
-        let model = model_of(picture.scene.mesh, picture.scene.paint)?;
-        for name in &meshes {
-            let path = self.out.join(name);
+        let meshes = self.keep(picture.name, picture.scene.mesh, picture.scene.paint)?;
+        let turning = self.turning(picture)?;
+        Ok(Figure { caption: picture.caption.into(), file, meshes, turning })
+    }
+
+    /// Keeps a mesh, with its colours, as `name.ply` and `name.glb`.
+    pub(crate) fn keep(
+        &self,
+        name: &str,
+        mesh: &TriMesh,
+        paint: Paint<'_>,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        let model = model_of(mesh, paint)?;
+        let files = ["ply", "glb"].map(|kind| PathBuf::from(name).with_extension(kind));
+        for file in &files {
+            let path = self.out.join(file);
             mesh_io::write(&path, &model, &WriteOptions::default()).map_err(Failure::mesh)?;
         }
-        let turning = self.turning(picture)?;
-        Ok(Figure { caption: picture.caption.into(), file, meshes: meshes.into(), turning })
+        Ok(files.into())
     }
 
     /// A page on which the drawn mesh turns, with the lines on it, as `name.html`.
