@@ -126,6 +126,7 @@ pub(crate) struct Policy {
     /// - quality:       a long fit, reduction of the largest errors, some redistributed faces
     /// - extreme:       as quality, then simulated annealing; many times slower
     /// - thin-features: as default, with a large weight of curvature, which keeps thin parts
+    /// - quadrics:      quadrics of Garland and Heckbert 1997, without refinement
     /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002, as published; faces may fold
     /// - paper-l1-guarded, paper-l2-guarded: the same, but no face folds or becomes a sliver
     #[arg(

@@ -30,6 +30,9 @@ pub enum Preset {
     /// As the default, with a curvature factor of full weight: lower maximum on thin parts for a
     /// little more mean.
     ThinFeatures,
+    /// Quadrics of Garland and Heckbert 1997 at the point of least cost, one edge after another, without refinement:
+    /// the distance that KKL02 compares with. A curvature weight of 1 gives its distance and curvature.
+    Quadrics,
     /// The curvature norm KKL02 eq. 1 with butterfly placement, as published: areas are a third of the adjacent faces,
     /// and every collapse is allowed that keeps the mesh manifold. Faces may fold and become slivers.
     PaperL1,
@@ -51,6 +54,7 @@ impl Preset {
         Self::Quality,
         Self::Extreme,
         Self::ThinFeatures,
+        Self::Quadrics,
         Self::PaperL1,
         Self::PaperL2,
         Self::PaperL1Guarded,
@@ -67,6 +71,7 @@ impl Preset {
             Self::Quality => "quality",
             Self::Extreme => "extreme",
             Self::ThinFeatures => "thin-features",
+            Self::Quadrics => "quadrics",
             Self::PaperL1 => "paper-l1",
             Self::PaperL2 => "paper-l2",
             Self::PaperL1Guarded => "paper-l1-guarded",
@@ -84,8 +89,8 @@ impl fmt::Display for Preset {
 /// A name that is no preset.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no preset {0:?}; there are draft, fast, default, quality, extreme, thin-features, paper-l1, paper-l2, \
-     paper-l1-guarded, paper-l2-guarded"
+    "there is no preset {0:?}; there are draft, fast, default, quality, extreme, thin-features, quadrics, paper-l1, \
+     paper-l2, paper-l1-guarded, paper-l2-guarded"
 )]
 pub struct UnknownPreset(pub String);
 
@@ -145,6 +150,17 @@ impl Options {
                     CostOptions { curvature_weight: 1.0, switch_ratio: Some(12.0), ..plain.cost };
                 Self { cost, ..plain }
             }
+            Preset::Quadrics => Self {
+                cost: CostOptions {
+                    metric: Metric::Quadric,
+                    schedule: Schedule::Lazy,
+                    curvature_weight: 0.0,
+                    ..plain.cost
+                },
+                placement: PlacementRule::Optimal,
+                refine: RefineOptions::none(),
+                ..plain
+            },
             Preset::PaperL1 => plain.norm(Metric::CurvatureL1).unguarded(),
             Preset::PaperL2 => plain.norm(Metric::CurvatureL2).unguarded(),
             Preset::PaperL1Guarded => plain.norm(Metric::CurvatureL1),

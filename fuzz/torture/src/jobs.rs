@@ -206,7 +206,8 @@ fn flip() -> Vec<Job> {
         let options = format!("-o {{out}}/{file} --lenient {options}");
         Job::new("flip", what, &options).builds(file, FACES)
     };
-    let costs = ["f1", "f2", "f3", "gauss", "area", "delaunay", "willmore-potential"];
+    let costs =
+        ["f1", "f2", "f3", "gauss", "gauss-extrinsic", "area", "delaunay", "willmore-potential"];
     let mut jobs: Vec<Job> = costs
         .iter()
         .map(|cost| job(cost, "m.ply", &format!("--cost {cost}")).claims(cost_goes_down))
@@ -254,6 +255,7 @@ fn simplify() -> Vec<Job> {
         "default",
         "quality",
         "thin-features",
+        "quadrics",
         "paper-l1",
         "paper-l2",
         "paper-l1-guarded",

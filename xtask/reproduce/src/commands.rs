@@ -4,6 +4,8 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 
+use mesh_core::TriMesh;
+
 /// Has the words of the command, one a line.
 const COMMAND: &str = "REPRODUCE_COMMAND";
 
@@ -27,4 +29,9 @@ fn one_command() {
     let words = std::env::var(COMMAND).unwrap();
     let words: Vec<OsString> = words.lines().map(OsString::from).collect();
     assert_eq!(curvmesh_cli::run_program(&words), 0);
+}
+
+/// A mesh of the folder.
+pub(crate) fn read_in(folder: &Path, name: &str) -> TriMesh {
+    TriMesh::from_soup(&mesh_io::read(folder.join(name)).unwrap().soup).unwrap()
 }

@@ -25,6 +25,7 @@ Preset = Literal[
     "quality",
     "extreme",
     "thin-features",
+    "quadrics",
     "paper-l1",
     "paper-l2",
     "paper-l1-guarded",

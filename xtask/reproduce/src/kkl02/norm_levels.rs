@@ -125,8 +125,8 @@ fn add_claims(item: &mut Item, l2: &Levels, l1: &Levels) {
         "same shape",
         Outcome::of(l2.errors[0] < INVISIBLE),
         format!(
-            "at 30 % the mean distance is {:.4} % of the diagonal, less than half a pixel, though flat \
-             shading shows some larger facets where the surface is smooth; at 98 % it is {:.2} %",
+            "at 30 % the mean distance is {:.4} % of the diagonal, at 98 % {:.2} %. Holds if the former is \
+             less than {INVISIBLE} %, half a pixel",
             l2.errors[0], l2.errors[2]
         ),
     );

@@ -4,8 +4,7 @@ use core::ops::ControlFlow;
 
 use mesh_core::TriMesh;
 use simplify::{
-    Cost, CostOptions, Metric, Options, Placement, PlacementRule, Policies, RefineOptions,
-    Schedule, Simplified, simplify, simplify_with,
+    Cost, Options, Placement, PlacementRule, Policies, Preset, Simplified, simplify, simplify_with,
 };
 
 use xtask_common::Failure;
@@ -18,19 +17,7 @@ pub(super) const CHAINS: f64 = 0.02;
 
 /// Distance only: the quadrics of the paper's first reference, as published.
 pub(super) fn distance_only() -> Options {
-    let cost = CostOptions {
-        metric: Metric::Quadric,
-        curvature_weight: 0.0,
-        // One edge after the other over the whole mesh, as the paper has it.
-        schedule: Schedule::Lazy,
-        ..CostOptions::default()
-    };
-    Options {
-        cost,
-        placement: PlacementRule::Optimal,
-        refine: RefineOptions::none(),
-        ..Options::default()
-    }
+    Options::preset(Preset::Quadrics)
 }
 
 /// Distance, raised where a collapse changes the curvature.

@@ -17,6 +17,12 @@ use xtask_common::decimals::plain;
 const FACES: usize = 3_000;
 /// The made head is simplified to the same share of its faces, but not below what shows a face.
 const MADE_FACES: usize = 1_000;
+/// The commands that give the results of the made head, whose file is beside the page.
+const COMMANDS: [&str; 3] = [
+    "curvmesh simplify kkl02-made-head-original.ply -o distance.ply --faces 1000 --preset quadrics",
+    "curvmesh simplify kkl02-made-head-original.ply -o both.ply --faces 1000 --preset quadrics --curvature-weight 1",
+    "curvmesh distance kkl02-made-head-original.ply both.ply --samples 100k",
+];
 
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.about(
@@ -26,7 +32,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.stand_in("A head of 20,480 faces made of formulas, to 1,000; with models, Igea to 3,000 as in the paper.");
     item.how(
         &["simplify::simplify", "simplify::CurvatureFactor", "mesh_metric::compare"],
-        &["curvmesh simplify igea.ply -o OUT --faces 3000 --preset thin-features"],
+        &COMMANDS,
     );
     let made = mesh_of(&head::head()?)?;
     let shares = add_model(run, item, "made head", &made, MADE_FACES, DVec3::new(0.35, 0.1, 1.0))?;
@@ -70,7 +76,7 @@ fn add_model(
     let curved = MostCurved::of(mesh);
     let view = view_of(mesh, toward, DVec3::Y)?;
     let style = Style { size: [620, 720], edge_width: 0.7, ..Style::DEFAULT };
-    let file = |what: &str| format!("kkl02-{}-{what}", name.to_lowercase().replace(' ', "-"));
+    let file = |what: &str| file_of(name, what);
     let count = |mesh: &TriMesh| plain(mesh.topology().face_count() as f64);
     let caption = format!("{name}, original, {} faces", count(mesh));
     let smooth = Style { edge_width: 0.0, ..style.clone() };
@@ -96,6 +102,11 @@ fn add_model(
     }
     item.side_by_side(figures);
     Ok(shares)
+}
+
+/// The name of the files of a model or of a result, without extension.
+fn file_of(model: &str, what: &str) -> String {
+    format!("kkl02-{}-{what}", model.to_lowercase().replace(' ', "-"))
 }
 
 /// The faces of a mesh that make up the tenth of its area with the highest curvature.
@@ -146,6 +157,37 @@ impl MostCurved {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::commands::{read_in, run_in};
+    use crate::recorded::Recorded;
+    use mesh_render::Paint;
+
+    #[test]
+    fn the_commands_give_the_recorded_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = Run { out: folder.path(), models: None, quick: true };
+        let mesh = mesh_of(&head::head().unwrap()).unwrap();
+        run.keep(&file_of("made head", "original"), &mesh, Paint::Clay).unwrap();
+        COMMANDS.iter().for_each(|command| run_in(folder.path(), command));
+        let (original, recorded) = (Original::new(&mesh).unwrap(), Recorded::read().unwrap());
+        let curved = MostCurved::of(&mesh);
+        for (file, way) in
+            [("distance.ply", "distance only"), ("both.ply", "distance and curvature")]
+        {
+            let result = read_in(folder.path(), file);
+            let values = [
+                ("mean distance in %", original.mean_percent(&result).unwrap()),
+                (
+                    "share of triangles on the most curved tenth",
+                    curved.share_of_faces(&original, &result),
+                ),
+            ];
+            for (what, value) in values {
+                let quantity = format!("made head, {way}, {what}");
+                let expected = recorded.value("KKL02", "Fig. 6", &quantity).unwrap();
+                assert!((value / expected - 1.0).abs() < 1e-6, "{quantity}: {value}, {expected}");
+            }
+        }
+    }
 
     #[test]
     fn a_larger_share_of_triangles_turns_the_verdict() {

@@ -361,7 +361,7 @@ def simplify(
         Whether numbers for `max_error` and `max_edge` are shares of the diagonal.
     preset : str
         ``"draft"``, ``"fast"``, ``"default"``, ``"quality"``, ``"extreme"``, ``"thin-features"``,
-        ``"paper-l1"``, ``"paper-l2"``, ``"paper-l1-guarded"`` or ``"paper-l2-guarded"``. The default collapses by
+        ``"quadrics"``, ``"paper-l1"``, ``"paper-l2"``, ``"paper-l1-guarded"`` or ``"paper-l2-guarded"``. The default collapses by
         quadrics with a curvature factor and fits the result. The guarded presets reject collapses that fold a
         face or leave a sliver; ``"paper-l1"`` and ``"paper-l2"`` reject none, as published.
     placement : str, optional
