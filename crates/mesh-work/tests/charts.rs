@@ -59,7 +59,7 @@ fn patchwork(cells: usize, size: usize) -> Model {
 }
 
 fn uv(chart: usize, [s, t]: [f64; 2]) -> [f32; 2] {
-    let [s, t] = if chart % 2 == 0 { [s, t] } else { [t, 1.0 - s] };
+    let [s, t] = if chart.is_multiple_of(2) { [s, t] } else { [t, 1.0 - s] };
     let cell = [chart % ALONG, chart / ALONG].map(|k| k as f64);
     [cell[0] + 0.1 + PART * s, cell[1] + 0.1 + PART * t].map(|x| (x / ALONG as f64) as f32)
 }
