@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use mesh_core::build::{BuildReport, Repair, Weld};
 use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind};
-use mesh_metric::Surface;
+use mesh_metric::{Surface, SurfaceError};
 use mesh_work::{Loaded, diagonal, mark_labels, splits_vertices};
 use serde::Serialize;
 
@@ -169,8 +169,16 @@ impl ReadOptions {
 
 /// The surface of a file.
 pub(crate) fn surface(path: &Path, model: &Model) -> Result<Surface, Failure> {
-    mesh_work::surface(&model.soup)
-        .map_err(|source| Failure::Surface { path: path.to_owned(), source: Box::new(source) })
+    mesh_work::surface(&model.soup).map_err(|source| no_surface(path, source))
+}
+
+/// The surface of a file, or its points if it has no faces.
+pub(crate) fn surface_or_points(path: &Path, model: &Model) -> Result<Surface, Failure> {
+    mesh_work::surface_or_points(&model.soup).map_err(|source| no_surface(path, source))
+}
+
+pub(crate) fn no_surface(path: &Path, source: SurfaceError) -> Failure {
+    Failure::Surface { path: path.to_owned(), source: Box::new(source) }
 }
 
 fn failed(path: &Path, error: std::io::Error) -> Failure {

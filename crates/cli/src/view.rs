@@ -8,7 +8,7 @@ use dcurv::{PrincipalFrame, principal_frames};
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{Model, PictureError, Pictures};
-use mesh_metric::Surface;
+use mesh_metric::{Surface, SurfaceError, face_distances};
 use mesh_view::{Directions, Exhibit, Field, GENERATOR, On, Page, Section, ViewError};
 use serde::Serialize;
 
@@ -143,6 +143,17 @@ pub(crate) fn content(
 ) -> Result<Exhibit, Failure> {
     let pictures = Pictures::of_model(model, &loading.pictures(path));
     Exhibit::of_model(name, model, pictures).map_err(refused)
+}
+
+/// The largest distance from a surface that each face has at its corners and inside. About so many points are measured.
+pub(crate) fn largest_distances(
+    exhibit: &Exhibit,
+    to: &Surface,
+    points: usize,
+) -> Result<Field, SurfaceError> {
+    let from = Surface::from_triangles(&exhibit.positions, &exhibit.triangles)?;
+    let values = face_distances(&from, to, points);
+    Ok(Field { signed: false, ..Field::new("largest distance in face", On::Faces, values) })
 }
 
 /// The distance of every vertex from a surface.

@@ -15,6 +15,7 @@ mod many;
 mod needed_repairs;
 mod patch;
 mod pictures;
+mod points;
 mod principal;
 mod real_meshes;
 mod settings;

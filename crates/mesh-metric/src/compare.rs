@@ -7,7 +7,8 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap, parallel};
 
 use crate::bvh::Nearest;
-use crate::sampling::{AreaSampler, first_beyond, running_totals};
+use crate::sampling::{AreaSampler, area_of, first_beyond, running_totals};
+use crate::signed_distance::{SignRule, SignedDistance};
 use crate::surface::{Surface, unit_factor};
 
 /// How to sample; see [`compare`].
@@ -28,6 +29,14 @@ pub struct CompareOptions {
 impl Default for CompareOptions {
     fn default() -> Self {
         Self { samples: 1_000_000, vertices: true, edges: true, seed: 1 }
+    }
+}
+
+impl CompareOptions {
+    /// The options for points, which have no area and no edges.
+    #[must_use]
+    pub fn for_points() -> Self {
+        Self { samples: 0, vertices: true, edges: false, ..Self::default() }
     }
 }
 
@@ -151,6 +160,145 @@ pub fn compare_until(
     }
     let backward = one_sided(b, a, options, stops);
     (!stops()).then_some(Comparison { forward, backward })
+}
+
+/// Measures the distances from one surface to another one, in this direction only. For a surface
+/// [of points](Surface::of_points), mean and root mean square are over the points; [`CompareOptions::for_points`] has
+/// the options for it.
+#[must_use]
+pub fn compare_one_way(from: &Surface, to: &Surface, options: &CompareOptions) -> OneSided {
+    compare_one_way_until(from, to, options, &|| false).unwrap_or(OneSided::UNKNOWN)
+}
+
+/// As [`compare_one_way`], but `None` as soon as `stops` returns true; see [`compare_until`].
+#[must_use]
+pub fn compare_one_way_until(
+    from: &Surface,
+    to: &Surface,
+    options: &CompareOptions,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> Option<OneSided> {
+    if let Some(factor) = unit_factor(from, to)
+        && let (Some(from), Some(to)) = (from.scaled(factor), to.scaled(factor))
+    {
+        let found = compare_one_way_until(&from, &to, options, stops)?;
+        return Some(found.unscaled(factor));
+    }
+    let found = one_sided(from, to, options, stops);
+    (!stops()).then_some(found)
+}
+
+/// The signed distances from the points of one surface to another surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SignedSide {
+    /// How the sign was decided.
+    pub rule: SignRule,
+    /// The mean over the area, with signs.
+    pub mean: f64,
+    /// The smallest distance: the deepest point inside if it is negative.
+    pub min: f64,
+    /// The largest distance.
+    pub max: f64,
+    /// The part of the area with a negative distance.
+    pub inside: f64,
+}
+
+/// Measures signed distances from one surface to another one, at the points that [`compare`] uses. `None` as soon as
+/// `stops` returns true.
+#[must_use]
+pub fn compare_signed_until(
+    from: &Surface,
+    to: &SignedDistance<'_>,
+    options: &CompareOptions,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> Option<SignedSide> {
+    let points = Points::new(from, options);
+    let measure = |count: usize, points: &(dyn Fn(Range<usize>) -> Vec<DVec3> + Sync)| {
+        let blocks = parallel::per_block(count, |range| match stops() {
+            true => SignedTally::NONE,
+            false => {
+                to.distances(&points(range)).into_iter().fold(SignedTally::NONE, SignedTally::with)
+            }
+        });
+        blocks.into_iter().fold(SignedTally::NONE, SignedTally::join)
+    };
+    let on_faces = measure(points.sampler.count(), &|range| points.on_faces(range));
+    let mut all = on_faces.join(measure(points.vertices.len(), &|range| points.at_vertices(range)));
+    if let Some(edges) = &points.on_edges {
+        all = all.join(measure(edges.count(), &|range| edges.points(range)));
+    }
+    let averaged = if on_faces.count > 0 { on_faces } else { all };
+    let count = averaged.count.max(1) as f64;
+    let found = SignedSide {
+        rule: to.rule(),
+        mean: averaged.sum / count,
+        min: all.min,
+        max: all.max,
+        inside: averaged.inside as f64 / count,
+    };
+    (!stops() && all.count > 0).then_some(found)
+}
+
+/// Statistics of a set of signed distances.
+#[derive(Clone, Copy)]
+struct SignedTally {
+    count: usize,
+    inside: usize,
+    sum: f64,
+    min: f64,
+    max: f64,
+}
+
+impl SignedTally {
+    const NONE: Self =
+        Self { count: 0, inside: 0, sum: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY };
+
+    fn with(self, distance: f64) -> Self {
+        let inside = usize::from(distance < 0.0);
+        self.join(Self { count: 1, inside, sum: distance, min: distance, max: distance })
+    }
+
+    fn join(self, other: Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            inside: self.inside + other.inside,
+            sum: self.sum + other.sum,
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+}
+
+/// The most parts of a side of a face in [`face_distances`].
+const MOST_PARTS: usize = 200;
+
+/// For each triangle of a surface, the largest distance of its points from another surface that was met: at its
+/// corners, and at the points of a grid on it, so that about `points` points are on all faces together. Each side has
+/// at least two parts, and at most 200.
+#[must_use]
+pub fn face_distances(from: &Surface, to: &Surface, points: usize) -> Vec<f64> {
+    let areas = parallel::collect(from.triangle_count(), |t| area_of(from.triangle(t)));
+    let total: f64 = areas.iter().sum();
+    // A grid of n parts on each side has n² / 2 points.
+    let spacing = 2.0 * points as f64 / total;
+    let blocks = parallel::per_block(from.triangle_count(), |range| {
+        let largest = |t: usize| {
+            let parts = (areas[t] * spacing).sqrt().ceil();
+            let parts = if parts.is_finite() { parts as usize } else { 0 };
+            let on_face = grid(from.triangle(t), parts.clamp(2, MOST_PARTS));
+            to.distances(&on_face).into_iter().fold(0.0, f64::max)
+        };
+        range.map(largest).collect::<Vec<f64>>()
+    });
+    blocks.into_iter().flatten().collect()
+}
+
+/// The points of a triangle whose barycentric coordinates are multiples of one part.
+fn grid([a, b, c]: [DVec3; 3], parts: usize) -> Vec<DVec3> {
+    let share = |count: usize| count as f64 / parts as f64;
+    let rows = (0..=parts).flat_map(|i| (0..=parts - i).map(move |j| (i, j)));
+    rows.map(|(i, j)| a * share(parts - i - j) + b * share(i) + c * share(j)).collect()
 }
 
 /// The distance of every vertex of a mesh to a surface, for example to colour a mesh by its error.

@@ -17,7 +17,8 @@ mod slab;
 mod surface;
 
 pub use compare::{
-    CompareOptions, Comparison, OneSided, Worst, compare, compare_until, edge_points,
+    CompareOptions, Comparison, OneSided, SignedSide, Worst, compare, compare_one_way,
+    compare_one_way_until, compare_signed_until, compare_until, edge_points, face_distances,
     points_of_edge, sampled_hausdorff, vertex_distances,
 };
 pub use hausdorff::{
@@ -28,5 +29,5 @@ pub use mesh_core::closest_point::{
 };
 pub use normal_deviation::normal_deviation;
 pub use sampling::{SampleStream, SurfaceSample, area_of, sample_surface};
-pub use signed_distance::SignedDistance;
+pub use signed_distance::{SignRule, SignedDistance};
 pub use surface::{ClosestPoint, Surface, SurfaceError};

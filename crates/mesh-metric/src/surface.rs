@@ -27,6 +27,9 @@ pub enum SurfaceError {
     /// There are no triangles.
     #[error("the surface has no triangles, so there is no distance to it")]
     Empty,
+    /// There are no points.
+    #[error("there are no points, so there is no distance from them or to them")]
+    NoPoints,
     /// More triangles than 32-bit indices can address.
     #[error("there are {0} triangles, more than 32-bit indices can address; split the surface")]
     TooLarge(usize),
@@ -107,6 +110,20 @@ impl Surface {
         }
         let positions = positions.iter().map(|&p| p.into()).collect();
         Self::build(positions, triangles.to_vec(), Vec::new())
+    }
+
+    /// Points as a surface without area: the closest point of it is the nearest of the points.
+    ///
+    /// # Errors
+    /// There are no points or too many, or a position is not finite.
+    pub fn of_points<P: Copy + Into<DVec3>>(positions: &[P]) -> Result<Self, SurfaceError> {
+        match positions.len() {
+            0 => return Err(SurfaceError::NoPoints),
+            count if count >= FaceId::LIMIT => return Err(SurfaceError::TooLarge(count)),
+            _ => {}
+        }
+        let triangles: Vec<[u32; 3]> = (0..positions.len() as u32).map(|v| [v; 3]).collect();
+        Self::from_triangles(positions, &triangles)
     }
 
     fn build(

@@ -2,6 +2,7 @@
 
 mod distances;
 mod normals;
+mod points;
 mod proofs;
 mod scales;
 mod serde;

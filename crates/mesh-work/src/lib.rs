@@ -35,5 +35,5 @@ pub use policy::Choices;
 pub use quantity::{Integrals, Quantity, UnknownQuantity};
 pub use seams::Seams;
 pub use subdivide::{SubdivisionError, subdivide_step};
-pub use surface::surface;
+pub use surface::{is_point_cloud, surface, surface_or_points};
 pub use vertex_curvature::VertexValues;

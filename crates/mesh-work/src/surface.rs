@@ -1,8 +1,22 @@
-//! The surface of a file, for distances.
+//! The surface or the points of a file, for distances.
 
 use mesh_core::PolygonSoup;
 use mesh_core::build::Triangulator;
 use mesh_metric::{Surface, SurfaceError};
+
+/// Whether a file has points only, without faces between them.
+#[must_use]
+pub fn is_point_cloud(soup: &PolygonSoup) -> bool {
+    soup.face_count() == 0 && soup.vertex_count() > 0
+}
+
+/// The surface of any polygons, or the points if there are no faces.
+///
+/// # Errors
+/// As [`surface`] and [`Surface::of_points`].
+pub fn surface_or_points(soup: &PolygonSoup) -> Result<Surface, SurfaceError> {
+    if is_point_cloud(soup) { Surface::of_points(soup.positions()) } else { surface(soup) }
+}
 
 /// The surface of any polygons. They are cut into triangles and need not form a manifold.
 ///

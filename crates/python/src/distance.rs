@@ -1,14 +1,17 @@
 //! `curvmesh.distance`.
 
+use mesh_core::build::{Repair, Weld};
 use mesh_metric::{
-    CertifiedBounds, CertifyOptions, CompareOptions, OneSided, compare_until,
+    CertifiedBounds, CertifyOptions, CompareOptions, Comparison, OneSided, SignedDistance,
+    SignedSide, Surface, compare_one_way_until, compare_signed_until, compare_until,
     hausdorff_bounds_until,
 };
-use mesh_work::{diagonal, surface};
+use mesh_work::{Loaded, diagonal, is_point_cloud, surface_or_points};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::content::Content;
 use crate::failure::{Ended, Failure};
 use crate::host::{Call, run};
 use crate::length::{Given, length};
@@ -25,20 +28,59 @@ pub(crate) fn distance<'py>(
     samples: usize,
     exact: Option<Given>,
     relative: bool,
+    signed: bool,
     seed: u64,
 ) -> PyResult<Bound<'py, PyDict>> {
     let exact = length("exact", exact).map_err(|failure| failure.raise(py))?;
     let (first, second) = (first.content(), second.content());
-    let (found, bounds, size) = run(py, call, move |watch| {
-        let a = surface(&first.model.soup).map_err(Failure::from)?;
-        let b = surface(&second.model.soup).map_err(Failure::from)?;
+    let measured = run(py, call, move |watch| {
+        let soups = [&first.model.soup, &second.model.soup];
+        let [is_cloud, other_is_cloud] = soups.map(is_point_cloud);
+        check_points([is_cloud, other_is_cloud], signed, exact.is_some())?;
+        let a = surface_or_points(soups[0]).map_err(Failure::from)?;
+        let b = surface_or_points(soups[1]).map_err(Failure::from)?;
         watch.check()?;
         let size = a.bounding_box().diagonal();
         let exact = exact.map(|length| length.in_units(relative, || diagonal(Some(size))));
         let exact = exact.transpose()?;
-        let options = CompareOptions { samples, seed, ..CompareOptions::default() };
+        let is_sampled = !is_cloud && !other_is_cloud;
+        let options = match is_sampled {
+            true => CompareOptions { samples, seed, ..CompareOptions::default() },
+            false => CompareOptions::for_points(),
+        };
         let stops = || watch.is_cancelled();
-        let found = compare_until(&a, &b, &options, &stops).ok_or_else(Ended::interrupted)?;
+        let [forward, backward] = if is_sampled {
+            let found = compare_until(&a, &b, &options, &stops).ok_or_else(Ended::interrupted)?;
+            [Some(found.forward), Some(found.backward)]
+        } else {
+            let one_way = |from: &Surface, to: &Surface| {
+                compare_one_way_until(from, to, &options, &stops).ok_or_else(Ended::interrupted)
+            };
+            // Surfaces are not measured to points.
+            let forward = is_cloud.then(|| one_way(&a, &b)).transpose()?;
+            [forward, other_is_cloud.then(|| one_way(&b, &a)).transpose()?]
+        };
+        let solid = |content: &Content, is_cloud: bool| {
+            let mut joined = Repair::strict();
+            joined.weld = Weld::Exact;
+            let build = || Loaded::build_with_needed_repairs(content.model.clone(), &joined);
+            (signed && !is_cloud).then(build).transpose().map_err(Failure::from)
+        };
+        let (of_a, of_b) = (solid(&first, is_cloud)?, solid(&second, other_is_cloud)?);
+        let signs = |from: &Surface, to: &Option<Loaded>| -> Result<Option<SignedSide>, Ended> {
+            let Some(solid) = to else { return Ok(None) };
+            let to = SignedDistance::negative_inside(&solid.mesh).map_err(Failure::from)?;
+            let found = compare_signed_until(from, &to, &options, &stops);
+            found.map(Some).ok_or_else(Ended::interrupted)
+        };
+        let forward = forward.map(|side| Ok::<_, Ended>((side, signs(&a, &of_b)?))).transpose()?;
+        let backward =
+            backward.map(|side| Ok::<_, Ended>((side, signs(&b, &of_a)?))).transpose()?;
+        let known = forward.as_ref().or(backward.as_ref()).map(|either| {
+            let side = |side: &Option<Side>| side.as_ref().unwrap_or(either).0;
+            Comparison { forward: side(&forward), backward: side(&backward) }
+        });
+        let found = known.ok_or_else(Ended::interrupted)?;
         let prove = |tolerance| {
             let options = CertifyOptions { tolerance, ..CertifyOptions::default() };
             let bounds = hausdorff_bounds_until(&a, &b, &options, &mut || stops());
@@ -49,11 +91,12 @@ pub(crate) fn distance<'py>(
             proved.raised_by(&found.forward, &a, &b).raised_by(&found.backward, &b, &a)
         };
         let bounds = exact.map(prove).transpose()?.map(raise);
-        Ok((found, bounds, size))
+        Ok(([forward, backward], found, bounds, size))
     })?;
+    let ([forward, backward], found, bounds, size) = measured;
     let told = PyDict::new(py);
-    told.set_item("forward", side(py, &found.forward)?)?;
-    told.set_item("backward", side(py, &found.backward)?)?;
+    told.set_item("forward", forward.map(|found| side(py, &found)).transpose()?)?;
+    told.set_item("backward", backward.map(|found| side(py, &found)).transpose()?)?;
     told.set_item("mean", found.mean())?;
     told.set_item("rms", found.rms())?;
     told.set_item("max", found.hausdorff())?;
@@ -63,13 +106,32 @@ pub(crate) fn distance<'py>(
     Ok(told)
 }
 
-fn side<'py>(py: Python<'py>, side: &OneSided) -> PyResult<Bound<'py, PyDict>> {
+/// The distances in a direction, and the signed ones.
+type Side = (OneSided, Option<SignedSide>);
+
+/// Refuses what has no meaning for points without faces.
+fn check_points(are_clouds: [bool; 2], signed: bool, proves: bool) -> Result<(), Failure> {
+    if signed && are_clouds[1] {
+        let cure = "signed needs a surface to measure to, but the second mesh has points only; \
+                    exchange the meshes if the first one is a surface";
+        return Err(Failure::option(cure));
+    }
+    if proves && are_clouds != [false; 2] {
+        return Err(Failure::option("exact is for two surfaces, but a mesh has points only"));
+    }
+    Ok(())
+}
+
+fn side<'py>(py: Python<'py>, (side, signed): &Side) -> PyResult<Bound<'py, PyDict>> {
     let told = PyDict::new(py);
     told.set_item("mean", side.mean)?;
     told.set_item("rms", side.rms)?;
     told.set_item("max", side.max)?;
     told.set_item("max_at", side.worst.from.to_array())?;
     told.set_item("max_to", side.worst.to.to_array())?;
+    let signed = signed
+        .map(|SignedSide { rule, mean, min, max, inside }| (rule.name(), mean, min, max, inside));
+    told.set_item("signed", signed)?;
     Ok(told)
 }
 
@@ -83,7 +145,7 @@ pub(crate) fn vertex_distances<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (from, to) = (points.content(), surface.content());
     let found = run(py, call, move |watch| {
-        let surface = mesh_work::surface(&to.model.soup).map_err(Failure::from)?;
+        let surface = surface_or_points(&to.model.soup).map_err(Failure::from)?;
         watch.check()?;
         let points = from.model.soup.positions();
         surface.distances_until(points, &|| watch.is_cancelled()).ok_or_else(Ended::interrupted)

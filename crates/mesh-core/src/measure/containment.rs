@@ -41,7 +41,7 @@ impl<'m> Containment<'m> {
 
     /// Winding numbers of components about a point, as pairs of component and number. `component` returns the component
     /// of a face, or `None` for faces to ignore.
-    fn winding_numbers(
+    pub(crate) fn winding_numbers(
         &self,
         point: DVec3,
         component: impl Fn(FaceId) -> Option<u32>,

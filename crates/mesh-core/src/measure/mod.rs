@@ -13,6 +13,7 @@ pub mod normals;
 pub mod size;
 pub mod triangle_bounds;
 mod visibility;
+pub mod winding;
 
 #[doc(inline)]
 pub use bounding_box::BoundingBox;

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ._call import State
     from ._core import VERSION as __version__
     from ._geometry.curvature import Curvature, curvature
-    from ._geometry.distance import Bounds, Distance, OneSided, distance
+    from ._geometry.distance import Bounds, Distance, OneSided, Signed, distance
     from ._errors import (
         ArrayError,
         CannotBeDoneError,
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 _PLACES = {
     "_call": "State",
     "_geometry.curvature": "Curvature curvature",
-    "_geometry.distance": "Bounds Distance OneSided distance",
+    "_geometry.distance": "Bounds Distance OneSided Signed distance",
     "_errors": "ArrayError CannotBeDoneError CurvmeshError DegenerateFaceError DuplicateFaceError InternalError NonManifoldError NotFiniteError OptionError OrientationError OutOfRangeError ReadError RecordError RepairWarning TooLargeError WriteError",
     "_geometry.flip": "EdgeCost FaceCost Flipped flip",
     "_geometry.info": "Info Repaired info repair subdivide",
@@ -105,6 +105,7 @@ __all__ = [
     "RepairWarning",
     "Repaired",
     "Shortfall",
+    "Signed",
     "Simplified",
     "State",
     "TooLargeError",

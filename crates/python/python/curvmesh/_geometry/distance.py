@@ -20,7 +20,28 @@ if TYPE_CHECKING:
 
     from .._options import Length
 
-__all__ = ["Bounds", "Distance", "OneSided", "distance"]
+__all__ = ["Bounds", "Distance", "OneSided", "Signed", "distance"]
+
+
+class Signed(NamedTuple):
+    """Distances that are negative inside, in model units.
+
+    Attributes
+    ----------
+    by : str
+        How the sign was decided: ``"winding_number"`` of a closed surface, or ``"pseudonormal"`` at the closest
+        point of an open one, where inside means behind the surface.
+    mean, min, max : float
+        The mean over the area, the smallest and the largest distance.
+    inside : float
+        The share of the area, or of the points, that is inside.
+    """
+
+    by: str
+    mean: float
+    min: float
+    max: float
+    inside: float
 
 
 class OneSided(NamedTuple):
@@ -34,6 +55,8 @@ class OneSided(NamedTuple):
         The largest sampled distance.
     max_at, max_to : tuple of float
         The point with this distance, and the closest point of the other surface.
+    signed : Signed or None
+        The same distances with signs, if requested.
     """
 
     mean: float
@@ -41,6 +64,7 @@ class OneSided(NamedTuple):
     max: float
     max_at: tuple[float, float, float]
     max_to: tuple[float, float, float]
+    signed: Signed | None = None
 
 
 class Bounds(NamedTuple):
@@ -62,10 +86,10 @@ class Distance:
     ----------
     first, second : Mesh
         The surfaces.
-    forward, backward : OneSided
-        From the first to the second, and vice versa.
+    forward, backward : OneSided or None
+        From the first to the second, and vice versa. A surface is not measured to points.
     mean, rms, max : float
-        Over both directions; `max` is a lower bound of the Hausdorff distance.
+        Over both directions, or the one that was measured; `max` is a lower bound of the Hausdorff distance.
     diagonal : float
         Of the bounding box of the first surface.
     bounds : Bounds or None
@@ -74,8 +98,8 @@ class Distance:
 
     first: Mesh
     second: Mesh
-    forward: OneSided
-    backward: OneSided
+    forward: OneSided | None
+    backward: OneSided | None
     mean: float
     rms: float
     max: float
@@ -96,7 +120,8 @@ class Distance:
         rows: list[tuple[str, object]] = []
         sides = (("A to B", self.forward), ("B to A", self.backward), ("both", self))
         for name, side in sides:
-            rows += [(f"{name}: {what}", getattr(side, what)) for what in ("mean", "rms", "max")]
+            if side is not None:
+                rows += [(f"{name}: {what}", getattr(side, what)) for what in ("mean", "rms", "max")]
         if self.bounds is not None:
             rows.append(("Hausdorff distance, proved", (self.bounds.lower, self.bounds.upper)))
         rows.append(("diagonal of A", self.diagonal))
@@ -117,16 +142,18 @@ def distance(
     samples: int = 1_000_000,
     exact: Length | None = None,
     relative: bool = False,
+    signed: bool = False,
     seed: int = 1,
     progress: Progress = None,
     threads: int | None = None,
 ) -> Distance:
-    """Measure the distance between two surfaces, from each to the other.
+    """Measure the distance between two surfaces, from each to the other, or of points from a surface.
 
     Parameters
     ----------
     first, second : mesh-like
-        See :func:`curvmesh.as_mesh`. Neither need be a manifold.
+        See :func:`curvmesh.as_mesh`. Neither need be a manifold. A mesh without faces is a point cloud: points
+        are measured to the other surface, in this direction only; two clouds in both directions.
     samples : int
         Number in each direction, uniform by area, for mean and root mean square. The largest distance also uses
         vertices and points of the edges.
@@ -135,6 +162,8 @@ def distance(
         the diagonal of the first surface.
     relative : bool
         Whether a number for `exact` is a share of that diagonal.
+    signed : bool
+        Also give distances a sign, negative inside; see :class:`Signed`.
     seed : int
         Seed of the random numbers.
 
@@ -159,10 +188,14 @@ def distance(
         raise OptionError("samples is 0; it must be at least 1")
     a, b = as_mesh(first, check=False), as_mesh(second, check=False)
     with calling("measuring", progress, threads) as call:
-        found = _core.distance(call, a._data, b._data, samples, exact, relative, seed)
+        found = _core.distance(call, a._data, b._data, samples, exact, relative, signed, seed)
     bounds = found.pop("bounds")
     for side in ("forward", "backward"):
         numbers = found[side]
+        if numbers is None:
+            continue
+        sign = numbers.pop("signed")
+        numbers["signed"] = None if sign is None else Signed(*sign)
         places = {name: tuple(numbers[name]) for name in ("max_at", "max_to")}
         found[side] = OneSided(**{**numbers, **places})
     return Distance(a, b, bounds=None if bounds is None else Bounds(*bounds), **found)

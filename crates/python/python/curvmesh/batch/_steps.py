@@ -138,7 +138,10 @@ def _distance(work: Work, options: Told) -> Told:
     told: Told = {name: getattr(found, name) for name in ("mean", "rms", "max", "diagonal")}
     for name in ("forward", "backward"):
         side = getattr(found, name)
-        told[name] = {"mean": side.mean, "rms": side.rms, "max": side.max}
+        if side is not None:
+            told[name] = {"mean": side.mean, "rms": side.rms, "max": side.max}
+            if side.signed is not None:
+                told[name]["signed"] = side.signed._asdict()
     if found.bounds is not None:
         told["bounds"] = found.bounds._asdict()
     return told
@@ -379,6 +382,7 @@ STEPS = {
             "samples": _COUNT,
             "exact": _LENGTH,
             "relative": _FLAG,
+            "signed": _FLAG,
             "seed": _COUNT,
         },
         _distance,
