@@ -128,6 +128,9 @@ impl Options {
             curvature_weight: 0.0,
             ..CostOptions::default()
         };
+        // An earlier switch than by default lowers the largest error of parts with flat and round faces. Much earlier, at
+        // twelve times the faces, their mean error rises above the mean error of the default, by 6 to 18 %.
+        let earlier = CostOptions { switch_ratio: Some(5.0), ..CostOptions::default() };
         match preset {
             Preset::Draft => Self {
                 cost: quadrics,
@@ -138,7 +141,7 @@ impl Options {
             },
             Preset::Fast => Self { cost: quadrics, refine: RefineOptions::none(), ..plain },
             Preset::Default => plain,
-            Preset::Quality => Self { refine: RefineOptions::quality(), ..plain },
+            Preset::Quality => Self { cost: earlier, refine: RefineOptions::quality(), ..plain },
             Preset::Extreme => {
                 let mut refine = RefineOptions::quality();
                 refine.tuning.anneal = AnnealOptions::default();
