@@ -112,7 +112,7 @@ def test_distance(scan: Path, tmp_path: Path, program: Run) -> None:
     d = cm.distance(scan, out, samples=20_000, exact="0.1%")
     assert [d.mean, d.rms, d.max] == [told[name] for name in ("mean", "rms", "max")]
     assert d.bounds is not None and d.bounds.upper == told["hausdorff"]["upper"]
-    assert list(d.forward.max_at) == told["forward"]["max_at"]
+    assert d.forward is not None and list(d.forward.max_at) == told["forward"]["max_at"]
 
 
 def test_patch(scan: Path, tmp_path: Path, program: Run) -> None:
