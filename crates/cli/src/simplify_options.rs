@@ -39,8 +39,8 @@ pub(crate) struct Targets {
     /// such as pictures, are not counted
     #[arg(long, value_name = "SIZE", value_parser = parse_file_size, conflicts_with_all = ["faces", "vertices", "ratio"])]
     pub(crate) bytes: Option<u64>,
-    /// Stay within this distance of the input, and the input within it of the result. Without another target,
-    /// the presets fast, default and quality give the same mesh, because the distance alone decides
+    /// Stay within this distance of the input, and the input within it of the result. If this is the
+    /// only target, fast, default and quality give the same mesh
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     max_error: Option<Length>,
     /// Stop before a collapse that costs more than this, in the unit of the metric

@@ -249,9 +249,8 @@ impl LevelSearch<'_> {
                 break;
             }
             let count = starts.len();
-            let points_of_layouts = &points.places;
             let beginnings =
-                CoarseStarts { starts, schedule, density, fit, points: points_of_layouts, power };
+                CoarseStarts { starts, schedule, density, fit, points: &points.places, power };
             let nested = lay_out_nested(&mesh, original, &constraints, &beginnings, observer)?;
             let Some(Multiresolution { mesh: mut next, constraints, sweeps }) = nested else {
                 break;

@@ -42,16 +42,15 @@ impl MergedCharts {
         let mut groups = Groups::new(charts.areas.clone());
         let room = SHARE * faces as f64;
         let mut kept = seams.clone();
-        let mut after = charts.areas.len();
         while charts.faces_needed(mesh, &kept, &mut groups) as f64 > room {
             if !charts.merge_smallest(mesh, &kept, &mut groups) {
                 break;
             }
             kept = charts.borders(mesh, seams, &mut groups);
-            after = (0..charts.areas.len() as u32).filter(|&c| groups.root(c) == c).count();
         }
         let before = charts.areas.len();
-        let roots = (0..before as u32).map(|chart| groups.root(chart)).collect();
+        let roots: Vec<u32> = (0..before as u32).map(|chart| groups.root(chart)).collect();
+        let after = roots.iter().zip(0..).filter(|&(&root, chart)| root == chart).count();
         let merged = Self { charts: charts.of_face, seams: kept, before, after, roots };
         (after < before).then_some(merged)
     }

@@ -48,8 +48,8 @@ pub(crate) struct Simplify {
     constraining: Constraining,
     #[command(flatten)]
     carry: Carry,
-    /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default, the
-    /// smallest charts are merged with their neighbours if the borders need more than a fifth of the wanted faces
+    /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default,
+    /// small charts are merged where the borders need more than a fifth of the wanted faces
     #[arg(long, help_heading = "Attributes", conflicts_with = "no_attributes")]
     keep_seams: bool,
     #[command(flatten)]

@@ -30,12 +30,12 @@ impl Lines {
             return Self(Vec::new());
         }
         let topology = mesh.topology();
-        let samples = USUAL_SAMPLES * topology.face_count();
+        let samples = (USUAL_SAMPLES * topology.face_count()).max(1) as f64;
         let all = parallel::sum(original.triangle_count(), |t| area(&original.triangle(t)));
-        let spacing = (all / samples.max(1) as f64).sqrt();
+        let spacing = (all / samples).sqrt();
         let line = |curve: &Option<Arc<Curve>>, is_line: &dyn Fn(EdgeId) -> bool| {
             let curve = curve.as_ref()?;
-            let points = curve.points(spacing.max(curve.length() / samples.max(1) as f64));
+            let points = curve.points(spacing.max(curve.length() / samples));
             Some(Line { points, edges: topology.edges().filter(|&e| is_line(e)).collect() })
         };
         let boundary = line(&constraints.boundary_curve, &|e| topology.is_boundary_edge(e));

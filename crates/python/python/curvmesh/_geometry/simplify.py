@@ -414,8 +414,7 @@ def simplify(
         Keep creases as feature lines, as borders of texture charts and materials are.
     keep_seams : bool
         Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default,
-        the smallest charts are merged with their neighbours if the borders need more than a fifth of the wanted
-        faces.
+        small charts are merged where the borders need more than a fifth of the wanted faces.
     attributes : bool
         Whether attributes are transferred; if not, the result has positions and faces only.
     cost : callable, optional
