@@ -6,7 +6,7 @@
 
 use std::error::Error;
 
-use dcurv::{CurvatureOptions, Curvatures, FitOptions, ball_curvatures, fitted_frames};
+use dcurv::{CurvatureOptions, Curvatures, FitOptions, ball_curvatures, fitted_curvatures};
 use mesh_core::{TriMesh, VertexId};
 use mesh_shapes::{AnalyticSurface, Irregular, Torus, add_normal_noise};
 
@@ -27,13 +27,13 @@ fn main() -> Result<(), Box<dyn Error>> {
                 mesh.topology().vertices().map(error).fold(0.0, f64::max)
             };
             let curvatures = Curvatures::of(&mesh, &CurvatureOptions::default());
-            let fits = fitted_frames(&mesh, &FitOptions::default());
+            let fits = fitted_curvatures(&mesh, &FitOptions::default());
             let balls = ball_curvatures(&mesh, 2.0 / (n as f64).sqrt())?;
             println!(
                 "{:8} {noise:6} {:10.4} {:10.4} {:10.4}",
                 mesh.topology().vertex_count(),
                 worst(&|v| curvatures[v].mean().value()),
-                worst(&|v| fits[v].map_or(f64::NAN, |frame| frame.mean().value())),
+                worst(&|v| fits[v].map_or(f64::NAN, |fit| fit.frame.mean().value())),
                 worst(&|v| balls[v].mean().value()),
             );
         }

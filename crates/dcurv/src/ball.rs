@@ -26,11 +26,11 @@
 //! for any number of threads. [Principal directions](BallCurvature::principal) use the sine and arc tangent
 //! of the platform and can depend on it.
 
-use glam::{DMat3, DVec2, DVec3};
-use mesh_core::{EdgeId, EdgeMap, FaceId, Handle, TriMesh, VertexId, VertexMap, parallel};
+use glam::{DMat3, DVec3};
+use mesh_core::{EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use crate::area::VertexArea;
-use crate::atan2::atan2;
+use crate::ball_faces::{BallFaces, is_new};
 use crate::edge::{dihedral_angles, edge_dihedral_angle};
 use crate::principal::{Axes, PrincipalFrame, TangentFrame};
 use crate::quantity::{Area, Integral, Pointwise};
@@ -215,7 +215,7 @@ pub fn default_ball_radius(mesh: &TriMesh) -> f64 {
     radius
 }
 
-fn check(radius: f64) -> Result<(), InvalidRadius> {
+pub(crate) fn check(radius: f64) -> Result<(), InvalidRadius> {
     if radius.is_finite() && radius > 0.0 { Ok(()) } else { Err(InvalidRadius(radius)) }
 }
 
@@ -244,16 +244,14 @@ fn angle_defect(mesh: &TriMesh, vertex: VertexId) -> Integral {
     vertex_integrals(mesh, vertex, VertexArea::Barycentric).angle_defect
 }
 
-/// Traverses the faces in a ball. Its arrays contain, for each element, one more than the index of the centre
-/// of the ball in which the element was visited last.
+/// Integrates over balls. Its arrays contain, for each element, one more than the index of the centre of the ball in
+/// which the element was visited last.
 struct Ball<'a> {
     mesh: &'a TriMesh,
     angles: Option<&'a Angles>,
     vertices: Vec<u32>,
     edges: Vec<u32>,
-    faces: Vec<u32>,
-    /// Faces to be visited.
-    open: Vec<FaceId>,
+    faces: BallFaces<'a>,
     /// Number of faces visited so far, in all balls.
     visited: usize,
 }
@@ -266,8 +264,7 @@ impl<'a> Ball<'a> {
             angles,
             vertices: vec![0; topology.vertex_capacity()],
             edges: vec![0; topology.edge_capacity()],
-            faces: vec![0; topology.face_capacity()],
-            open: Vec::new(),
+            faces: BallFaces::new(mesh),
             visited: 0,
         }
     }
@@ -295,68 +292,42 @@ impl<'a> Ball<'a> {
     fn clear(&mut self) {
         self.vertices.fill(0);
         self.edges.fill(0);
-        self.faces.fill(0);
-    }
-
-    fn dihedral_angle(&self, edge: EdgeId) -> Option<f64> {
-        match self.angles {
-            Some(angles) => angles.dihedral[edge],
-            None => edge_dihedral_angle(self.mesh, edge),
-        }
-    }
-
-    /// The angle defect of an inner vertex; 0 at the boundary.
-    fn defect(&self, vertex: VertexId) -> Integral {
-        if self.mesh.topology().is_boundary_vertex(vertex) {
-            return Integral::default();
-        }
-        self.angles.map_or_else(|| angle_defect(self.mesh, vertex), |angles| angles.defects[vertex])
+        self.faces.clear();
     }
 
     fn integrate(&mut self, vertex: VertexId, radius: f64) -> BallCurvature {
-        let mesh = self.mesh;
+        let Self { mesh, angles, ref mut vertices, ref mut edges, .. } = *self;
         let topology = mesh.topology();
         let mark = vertex.get() + 1;
-        let center = mesh.position(vertex);
-        // In units of the radius, so that squares do not overflow.
-        let place = |v: VertexId| (mesh.position(v) - center) / radius;
         let mut total = BallCurvature::default();
-        self.open.extend(topology.faces_of_vertex(vertex));
-        self.open.iter().for_each(|face| self.faces[face.index()] = mark);
-        while let Some(face) = self.open.pop() {
-            self.visited += 1;
-            let corners = topology.face_vertices(face);
-            let points = corners.map(place);
-            let cross = (points[1] - points[0]).cross(points[2] - points[0]);
-            let normal = cross.normalize_or_zero();
-            let area = radius * radius * area_in_unit_ball(points, normal);
-            total.area += Area::new(area);
-            total.normal_area += area * normal;
-            for (v, p) in corners.into_iter().zip(points) {
-                if p.length_squared() <= 1.0 && is_new(&mut self.vertices, v.index(), mark) {
-                    total.gaussian += self.defect(v);
-                }
-            }
-            for h in topology.face_half_edges(face) {
-                let ends = [topology.origin(h), topology.target(h)].map(place);
-                let Some(inside) = part_in_unit_ball(ends) else { continue };
-                if is_new(&mut self.edges, h.edge().index(), mark) {
-                    total.add_edge(self.dihedral_angle(h.edge()), ends, radius * inside);
-                }
-                if let Some(face) = topology.face(h.twin())
-                    && is_new(&mut self.faces, face.index(), mark)
+        let mut visited = 0;
+        self.faces.visit(vertex, radius, &mut |face| {
+            visited += 1;
+            total.area += Area::new(face.area);
+            total.normal_area += face.area * face.normal;
+            for (v, p) in face.corners.into_iter().zip(face.points) {
+                if p.length_squared() <= 1.0
+                    && is_new(vertices, v.index(), mark)
+                    && !topology.is_boundary_vertex(v)
                 {
-                    self.open.push(face);
+                    total.gaussian +=
+                        angles.map_or_else(|| angle_defect(mesh, v), |angles| angles.defects[v]);
                 }
             }
-        }
+            for &(h, ends, inside) in face.edges.iter().flatten() {
+                let edge = h.edge();
+                if is_new(edges, edge.index(), mark) {
+                    let angle = match angles {
+                        Some(angles) => angles.dihedral[edge],
+                        None => edge_dihedral_angle(mesh, edge),
+                    };
+                    total.add_edge(angle, ends, radius * inside);
+                }
+            }
+        });
+        self.visited += visited;
         total
     }
-}
-
-/// Whether an element is new in this ball. Marks it as visited.
-fn is_new(visited: &mut [u32], index: usize, mark: u32) -> bool {
-    core::mem::replace(&mut visited[index], mark) != mark
 }
 
 impl BallCurvature {
@@ -368,84 +339,5 @@ impl BallCurvature {
         self.abs_dihedral += Integral::new(0.5 * length * beta.abs());
         let column = |coordinate: f64| length * beta * coordinate * along;
         self.tensor += DMat3::from_cols(column(along.x), column(along.y), column(along.z));
-    }
-}
-
-/// The length of the part of a segment inside the unit ball; `None` if it is outside.
-fn part_in_unit_ball([p, q]: [DVec3; 2]) -> Option<f64> {
-    let along = q - p;
-    let [low, high] = chord(along.length_squared(), p.dot(along), p.length_squared())?;
-    Some((high - low) * along.length())
-}
-
-/// The parameters in [0, 1] at which the segment `p + t d`, with `dd = d.d`, `pd = p.d` and `pp = p.p`, enters
-/// and leaves the unit ball; `None` if it is outside.
-fn chord(dd: f64, pd: f64, pp: f64) -> Option<[f64; 2]> {
-    if dd == 0.0 {
-        return (pp <= 1.0).then_some([0.0, 1.0]);
-    }
-    let discriminant = pd * pd - dd * (pp - 1.0);
-    let root = (discriminant >= 0.0).then(|| discriminant.sqrt())?;
-    let [low, high] = [((-pd - root) / dd).max(0.0), ((root - pd) / dd).min(1.0)];
-    (low <= high).then_some([low, high])
-}
-
-/// The area of the part of a triangle inside the unit ball: its intersection with a disk in its plane.
-fn area_in_unit_ball(triangle: [DVec3; 3], normal: DVec3) -> f64 {
-    let Some(plane) = TangentFrame::of(normal) else { return 0.0 };
-    let height = normal.dot(triangle[0]);
-    let radius_squared = 1.0 - height * height;
-    if radius_squared <= 0.0 {
-        return 0.0;
-    }
-    let radius = radius_squared.sqrt();
-    let [a, b, c] = triangle.map(|p| DVec2::new(p.dot(plane.x), p.dot(plane.y)) / radius);
-    let area = area_in_unit_disk(a, b) + area_in_unit_disk(b, c) + area_in_unit_disk(c, a);
-    radius_squared * area.max(0.0)
-}
-
-/// The signed area of the triangle (origin, `p`, `q`) inside the unit disk: triangles where the side is inside, sectors
-/// elsewhere.
-fn area_in_unit_disk(p: DVec2, q: DVec2) -> f64 {
-    let sector = |p: DVec2, q: DVec2| 0.5 * atan2(p.perp_dot(q), p.dot(q));
-    let along = q - p;
-    match chord(along.length_squared(), p.dot(along), p.length_squared()) {
-        None => sector(p, q),
-        Some([low, high]) => {
-            let (enter, leave) = (p + low * along, p + high * along);
-            let before = if low > 0.0 { sector(p, enter) } else { 0.0 };
-            let after = if high < 1.0 { sector(leave, q) } else { 0.0 };
-            before + 0.5 * enter.perp_dot(leave) + after
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use mesh_core::SplitMix64;
-
-    #[test]
-    fn areas_of_triangles_in_a_ball_agree_with_sampling() {
-        let mut random = SplitMix64::new(8);
-        for _ in 0..40 {
-            let mut point =
-                || 1.5 * DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
-            let [a, b, c] = [point(), point(), point()];
-            let cross = (b - a).cross(c - a);
-            let area = 0.5 * cross.length();
-            let count = 400;
-            let mut inside = 0;
-            for i in 0..count {
-                for j in 0..count {
-                    let [s, t] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(count));
-                    let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
-                    inside += u32::from((a + s * (b - a) + t * (c - a)).length() < 1.0);
-                }
-            }
-            let expected = area * f64::from(inside) / f64::from(count * count);
-            let found = area_in_unit_ball([a, b, c], cross.normalize());
-            assert!((found - expected).abs() < 6e-3 * area, "{found} {expected}");
-        }
     }
 }

@@ -2,23 +2,32 @@
 
 mod atan2;
 
+pub mod align;
 pub mod angle;
 pub mod area;
 pub mod ball;
+mod ball_faces;
 pub mod circumcircle_angle;
+pub mod corrected;
 pub mod curvatures;
 pub mod dihedral;
 pub mod edge;
 pub mod extrinsic;
 pub mod fit;
+mod height_points;
+mod jet_fit;
+pub mod noise;
 pub mod principal;
 pub mod quantity;
+mod scale_choice;
 pub mod star;
 mod star_batch;
 pub mod totals;
 pub mod vertex;
 pub mod willmore;
 
+#[doc(inline)]
+pub use align::align_directions;
 #[doc(inline)]
 pub use angle::{corner_angle, triangle_angles};
 #[doc(inline)]
@@ -30,6 +39,10 @@ pub use ball::{
 };
 #[doc(inline)]
 pub use circumcircle_angle::intersection_angle;
+#[doc(inline)]
+pub use corrected::{
+    CorrectedCurvature, corrected_curvature, corrected_curvatures, corrected_curvatures_until,
+};
 #[doc(inline)]
 pub use curvatures::{CurvatureOptions, Curvatures};
 #[doc(inline)]
@@ -44,7 +57,12 @@ pub use extrinsic::{
     ExtrinsicCurvature, extrinsic_curvature, extrinsic_curvatures, total_extrinsic_curvature,
 };
 #[doc(inline)]
-pub use fit::{FitOptions, fitted_frame, fitted_frames, fitted_frames_until};
+pub use fit::{
+    FitOptions, FitScale, FittedCurvature, fitted_curvature, fitted_curvatures,
+    fitted_curvatures_until,
+};
+#[doc(inline)]
+pub use noise::estimate_noise;
 #[doc(inline)]
 pub use principal::{PrincipalFrame, principal_frame, principal_frames};
 #[doc(inline)]

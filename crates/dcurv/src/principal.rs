@@ -72,7 +72,7 @@ pub(crate) fn fit_frame(
 ) -> Option<PrincipalFrame> {
     let tangent = TangentFrame::of(mesh.vertex_normal(vertex))?;
     let origin = mesh.position(vertex);
-    let mut fit = JetFit::default();
+    let mut fit = EqualFit::default();
     visit(&mut |v| fit.add(tangent.coordinates(mesh.position(v) - origin) / scale));
     fit.solve().map(|jet| jet.frame(&tangent, scale))
 }
@@ -98,6 +98,7 @@ fn visit_fit_points(topology: &Topology, vertex: VertexId, visit: &mut dyn FnMut
 }
 
 /// An orthonormal frame whose z-axis is the normal.
+#[derive(Clone, Copy)]
 pub(crate) struct TangentFrame {
     pub(crate) x: DVec3,
     pub(crate) y: DVec3,
@@ -110,7 +111,12 @@ impl TangentFrame {
         Some(Self { x, y: normal.cross(x), z: normal })
     }
 
-    fn coordinates(&self, vector: DVec3) -> DVec3 {
+    /// The frame of the tangent plane of a jet over this plane. `None` if the normal overflows.
+    pub(crate) fn tilted(&self, jet: &Jet) -> Option<Self> {
+        Self::of(self.vector(jet.normal()).normalize_or_zero())
+    }
+
+    pub(crate) fn coordinates(&self, vector: DVec3) -> DVec3 {
         DVec3::new(vector.dot(self.x), vector.dot(self.y), vector.dot(self.z))
     }
 
@@ -122,23 +128,24 @@ impl TangentFrame {
 /// Unknowns of a height function without a constant term.
 const UNKNOWNS: usize = 5;
 
-/// Least-squares fit of a [`Jet`]: the normal equations.
+/// Least-squares fit of a [`Jet`] with equal weights: the normal equations.
 #[derive(Default)]
-struct JetFit {
+struct EqualFit {
     matrix: [[f64; UNKNOWNS]; UNKNOWNS],
     right_side: [f64; UNKNOWNS],
 }
 
 /// The height function `z = px x + py y + xx x²/2 + xy x y + yy y²/2`.
-struct Jet {
-    px: f64,
-    py: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jet {
+    pub(crate) px: f64,
+    pub(crate) py: f64,
+    pub(crate) xx: f64,
+    pub(crate) xy: f64,
+    pub(crate) yy: f64,
 }
 
-impl JetFit {
+impl EqualFit {
     fn add(&mut self, point: DVec3) {
         let DVec3 { x, y, z } = point;
         let row = [x, y, 0.5 * x * x, x * y, 0.5 * y * y];
@@ -179,20 +186,35 @@ impl JetFit {
 }
 
 impl Jet {
-    /// The principal frame of the height function at the origin, with lengths times `scale`.
-    fn frame(&self, tangent: &TangentFrame, scale: f64) -> PrincipalFrame {
-        let normal = DVec3::new(-self.px, -self.py, 1.0);
+    /// The normal, with height 1.
+    fn normal(&self) -> DVec3 {
+        DVec3::new(-self.px, -self.py, 1.0)
+    }
+
+    /// Orthonormal tangents of the graph, the first above the x-axis, and the length of [`Jet::normal`].
+    pub(crate) fn tangent_basis(&self) -> (DVec3, DVec3, f64) {
+        let normal = self.normal();
         let stretch = normal.length();
-        let normal = normal / stretch;
         let e = DVec3::new(1.0, 0.0, self.px).normalize();
-        let f = normal.cross(e);
-        // The second fundamental form, positive where convex, in the orthonormal basis e, f.
+        (e, (normal / stretch).cross(e), stretch)
+    }
+
+    /// The second fundamental form, positive where convex, in the [tangent basis](Jet::tangent_basis) and with lengths
+    /// times `scale`: entries 11, 12 and 22.
+    pub(crate) fn second_form(&self, scale: f64) -> [f64; 3] {
+        let (e, f, stretch) = self.tangent_basis();
         let second = |s: DVec3, t: DVec3| {
             let bend = self.xx * s.x * t.x + self.yy * s.y * t.y;
             -(bend + self.xy * (s.x * t.y + s.y * t.x)) / (stretch * scale)
         };
-        let (ee, ef, ff) = (second(e, e), second(e, f), second(f, f));
-        let Axes { max, min, cos, sin } = Axes::of([ee, ef, ff]);
+        [second(e, e), second(e, f), second(f, f)]
+    }
+
+    /// The principal frame of the height function at the origin, with lengths times `scale`.
+    pub(crate) fn frame(&self, tangent: &TangentFrame, scale: f64) -> PrincipalFrame {
+        let (e, f, stretch) = self.tangent_basis();
+        let normal = self.normal() / stretch;
+        let Axes { max, min, cos, sin } = Axes::of(self.second_form(scale));
         PrincipalFrame {
             k_max: Pointwise::new(max),
             k_min: Pointwise::new(min),

@@ -2,11 +2,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use dcurv::{
-    CurvatureOptions, Curvatures, FitOptions, PrincipalFrame, ball_curvature, ball_curvatures,
-    ball_curvatures_until, fitted_frame, fitted_frames, fitted_frames_until,
+    CurvatureOptions, Curvatures, FitOptions, FitScale, FittedCurvature, PrincipalFrame,
+    align_directions, ball_curvature, ball_curvatures, ball_curvatures_until, corrected_curvature,
+    corrected_curvatures, estimate_noise, fitted_curvature, fitted_curvatures,
+    fitted_curvatures_until,
 };
 use glam::DVec3;
-use mesh_core::{Handle, PolygonSoup, TriMesh, VertexId};
+use mesh_core::{Handle, PolygonSoup, TriMesh, VertexId, VertexMap};
 use mesh_shapes::{
     AnalyticSurface, Cylinder, Ellipsoid, Irregular, RowPhase, Saddle, Sphere, Torus,
     add_normal_noise,
@@ -20,6 +22,11 @@ const CYLINDER: Cylinder = Cylinder { radius: 1.0, height: 2.0 };
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
     TriMesh::from_soup(soup).unwrap()
+}
+
+/// The frames of fitted surfaces.
+fn fitted_frames(mesh: &TriMesh, options: &FitOptions) -> VertexMap<Option<PrincipalFrame>> {
+    fitted_curvatures(mesh, options).map(|fit| fit.map(|fit| fit.frame))
 }
 
 /// The largest error of the two principal curvatures, and of the direction of the larger one where
@@ -55,7 +62,7 @@ fn orders(
     rings: usize,
     refined: &dyn Fn(usize) -> PolygonSoup,
 ) -> [f64; 2] {
-    let options = FitOptions { rings, ..FitOptions::default() };
+    let options = FitOptions::rings(rings);
     let found = [16, 32, 64, 128].map(|n| {
         let mesh = mesh(&refined(n));
         errors(&mesh, surface, region, fitted_frames(&mesh, &options).iter())
@@ -100,7 +107,7 @@ fn fits_are_one_sided_at_the_boundary_and_still_converge() {
     let two = TriMesh::from_triangles(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
     assert!(fitted_frames(&two, &FitOptions::default()).iter().all(|(_, f)| f.is_none()));
     let grid = mesh(&SADDLE.mesh(4, Default::default()).unwrap());
-    let one = FitOptions { rings: 1, ..FitOptions::default() };
+    let one = FitOptions::rings(1);
     assert!(fitted_frames(&grid, &one).iter().all(|(_, frame)| frame.is_some()));
 }
 
@@ -110,7 +117,7 @@ fn more_rings_average_noise_out() {
     add_normal_noise(&mut soup, 0.02, 3);
     let mesh = mesh(&soup);
     let worst = [2, 3, 4].map(|rings| {
-        let options = FitOptions { rings, ..FitOptions::default() };
+        let options = FitOptions::rings(rings);
         errors(&mesh, &Sphere::UNIT, &|_| true, fitted_frames(&mesh, &options).iter())[0]
     });
     println!("errors by rings: {worst:.3?}");
@@ -123,12 +130,12 @@ fn one_vertex_and_all_give_the_same_bits_on_any_number_of_threads() {
     let options = FitOptions::default();
     let in_pool = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| (fitted_frames(&mesh, &options), ball_curvatures(&mesh, 0.4).unwrap()))
+        pool.install(|| (fitted_curvatures(&mesh, &options), ball_curvatures(&mesh, 0.4).unwrap()))
     };
     let (frames, balls) = in_pool(1);
     assert_eq!(in_pool(3), (frames.clone(), balls.clone()));
     for vertex in mesh.topology().vertices().step_by(7) {
-        assert_eq!(fitted_frame(&mesh, vertex, &options), frames[vertex]);
+        assert_eq!(fitted_curvature(&mesh, vertex, &options), frames[vertex]);
         assert_eq!(ball_curvature(&mesh, vertex, 0.4).unwrap(), balls[vertex]);
     }
 }
@@ -262,7 +269,7 @@ fn a_cone_of_many_faces_takes_no_quadratic_time() {
     let points: Vec<[f64; 3]> = rim.chain([[0.0, 0.0, 1.0]]).collect();
     let faces: Vec<[u32; 3]> = (0..n).map(|i| [i, (i + 1) % n, n]).collect();
     let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
-    let frames = fitted_frames(&mesh, &FitOptions { rings: 3, ..FitOptions::default() });
+    let frames = fitted_frames(&mesh, &FitOptions::rings(3));
     assert_eq!(frames.len(), points.len());
 }
 
@@ -280,11 +287,11 @@ fn what_is_not_stopped_is_the_same_and_what_is_gives_nothing() {
     assert_eq!(balls, ball_curvatures(&mesh, radius).unwrap());
     let often = asked.load(Ordering::Relaxed);
     assert!(often >= mesh.topology().vertex_count());
-    let fits = fitted_frames_until(&mesh, &options, &stops_at(usize::MAX)).unwrap();
-    assert_eq!(fits, fitted_frames(&mesh, &options));
+    let fits = fitted_curvatures_until(&mesh, &options, &stops_at(usize::MAX)).unwrap();
+    assert_eq!(fits, fitted_curvatures(&mesh, &options));
     for limit in [0, 100, often - 1] {
         assert_eq!(ball_curvatures_until(&mesh, radius, &stops_at(limit)), Ok(None));
-        assert_eq!(fitted_frames_until(&mesh, &options, &stops_at(limit)), None);
+        assert_eq!(fitted_curvatures_until(&mesh, &options, &stops_at(limit)), None);
     }
     assert!(ball_curvatures_until(&mesh, f64::NAN, &|| true).is_err());
 }
@@ -320,4 +327,180 @@ fn the_default_ball_radius_bounds_the_faces_per_ball() {
     let even = TriMesh::from_soup(&Sphere::UNIT.icosphere(4).unwrap()).unwrap();
     let four = 4.0 * even.mean_edge_length().unwrap();
     assert_eq!(dcurv::default_ball_radius(&even), four);
+}
+
+/// The errors of both principal curvatures, divided by the larger one, at interior vertices: the median and the 95th
+/// percentile. And the share of vertices whose error is within the predicted one.
+fn relative_errors(
+    mesh: &TriMesh,
+    surface: &dyn AnalyticSurface,
+    fits: &VertexMap<Option<FittedCurvature>>,
+) -> [f64; 3] {
+    let (mut errors, mut within) = (Vec::new(), 0);
+    for vertex in mesh.topology().vertices().filter(|&v| !mesh.topology().is_boundary_vertex(v)) {
+        let exact = surface.principal_curvatures(mesh.position(vertex));
+        let fit = fits[vertex].unwrap();
+        let [max, min] = [fit.frame.k_max.value() - exact.max, fit.frame.k_min.value() - exact.min];
+        let error = max.abs().max(min.abs());
+        within += usize::from(error <= fit.error.value());
+        errors.push(error / exact.max.abs().max(exact.min.abs()));
+    }
+    errors.sort_by(f64::total_cmp);
+    let count = errors.len();
+    [errors[count / 2], errors[(count - 1) * 95 / 100], within as f64 / count as f64]
+}
+
+#[test]
+fn near_points_decide_across_a_pipe_with_long_triangles() {
+    let pipe = Torus { major: 5.0, minor: 0.4 };
+    for (rings, sides) in [(24, 12), (24, 24), (24, 48), (24, 96), (150, 12)] {
+        let mesh = mesh(&pipe.mesh(rings, sides).unwrap());
+        for scale in [FitScale::Nearest, FitScale::Noise(estimate_noise(&mesh))] {
+            let options = FitOptions { scale, ..FitOptions::default() };
+            let [median, worst, _] =
+                relative_errors(&mesh, &pipe, &fitted_curvatures(&mesh, &options));
+            println!("{rings} x {sides}, {scale:?}: {median:.5} {worst:.5}");
+            assert!(median < 0.02 && worst < 0.03, "{rings} x {sides}: {median} {worst}");
+        }
+    }
+}
+
+#[test]
+fn spheres_and_cylinders_are_exact_however_coarse() {
+    for level in 1..4 {
+        let mesh = mesh(&Sphere::UNIT.irregular_icosphere(level, Irregular::default()).unwrap());
+        let fits = fitted_curvatures(&mesh, &FitOptions::default());
+        let [_, worst, _] = relative_errors(&mesh, &Sphere::UNIT, &fits);
+        assert!(worst < 1e-6, "level {level}: {worst}");
+    }
+    // Eight sides: a section of an octagon is a circle of the right radius.
+    let mesh = mesh(&CYLINDER.mesh(8, 12, RowPhase::Aligned).unwrap());
+    let fits = fitted_curvatures(&mesh, &FitOptions::default());
+    let [median, worst, _] = relative_errors(&mesh, &CYLINDER, &fits);
+    println!("octagonal cylinder {median:.5} {worst:.5}");
+    assert!(worst < 0.02, "{worst}");
+}
+
+/// Regular, irregular and stretched samplings of surfaces.
+fn samplings() -> Vec<(&'static str, PolygonSoup, &'static dyn AnalyticSurface)> {
+    let disorder = Irregular::default();
+    vec![
+        ("ellipsoid", ELLIPSOID.irregular_icosphere(4, disorder).unwrap(), &ELLIPSOID),
+        ("hull", ELLIPSOID.random_hull(1500, 5).unwrap(), &ELLIPSOID),
+        ("torus", TORUS.mesh(80, 40).unwrap(), &TORUS),
+        ("irregular torus", TORUS.irregular_mesh(80, 40, disorder).unwrap(), &TORUS),
+        ("stretched torus", TORUS.irregular_mesh(40, 80, disorder).unwrap(), &TORUS),
+        ("saddle", SADDLE.irregular_mesh(30, disorder).unwrap(), &SADDLE),
+    ]
+}
+
+#[test]
+fn noise_is_estimated_from_the_mesh() {
+    for (name, soup, _) in samplings() {
+        let edge = mesh_shapes::mean_edge_length(&soup);
+        let clean = estimate_noise(&mesh(&soup)) / edge;
+        assert!(clean < 2e-4, "{name}: {clean}");
+        for relative in [0.002, 0.01, 0.05] {
+            let mut noisy = soup.clone();
+            add_normal_noise(&mut noisy, relative, 7);
+            let found = estimate_noise(&mesh(&noisy)) / edge;
+            println!("{name}: {relative} {found:.5}");
+            assert!((0.75..1.25).contains(&(found / relative)), "{name}: {relative} {found}");
+        }
+    }
+    let lonely = mesh(&PolygonSoup::default());
+    assert_eq!(estimate_noise(&lonely), 0.0);
+}
+
+#[test]
+fn the_scale_follows_the_noise_and_the_error_is_known() {
+    for (name, soup, surface) in samplings() {
+        for relative in [0.0, 0.01, 0.05] {
+            let mut noisy = soup.clone();
+            add_normal_noise(&mut noisy, relative, 11);
+            let (clean, noisy) = (mesh(&soup), mesh(&noisy));
+            let noise = estimate_noise(&noisy);
+            let scale = |scale| FitOptions { scale, ..FitOptions::default() };
+            // Exact values belong to the points without noise.
+            let measured = |options: &FitOptions| {
+                relative_errors(&clean, surface, &fitted_curvatures(&noisy, options))
+            };
+            let chosen = measured(&scale(FitScale::Noise(noise)));
+            let edge = noisy.mean_edge_length().unwrap();
+            let fixed = [1.0, 2.0, 3.0, 4.0]
+                .map(|k| measured(&scale(FitScale::Radius(k * edge))))
+                .into_iter()
+                .chain([measured(&FitOptions::default())])
+                .map(|[median, ..]| median)
+                .fold(f64::INFINITY, f64::min);
+            println!("{name}, noise {relative}: chosen {chosen:.4?}, best fixed {fixed:.4}");
+            assert!(chosen[0] < 2.5 * fixed + 1e-3, "{name} {relative}: {} {fixed}", chosen[0]);
+            assert!(chosen[2] > 0.85, "{name} {relative}: {} within their errors", chosen[2]);
+        }
+    }
+}
+
+#[test]
+fn corrected_curvature_converges_and_averages_noise() {
+    let disorder = Irregular::default();
+    let mut last = [f64::INFINITY; 3];
+    for n in [24_u32, 48, 96] {
+        let mesh = mesh(&TORUS.irregular_mesh(2 * n as usize, n as usize, disorder).unwrap());
+        let radius = 4.0 / f64::from(n).sqrt();
+        let mut worst = [0.0_f64; 3];
+        for (vertex, ball) in corrected_curvatures(&mesh, radius).unwrap().iter() {
+            let p = mesh.position(vertex);
+            let frame = ball.principal().unwrap();
+            let exact = TORUS.principal_curvatures(p);
+            // The trace of the tensor is twice the mean curvature.
+            let trace = frame.k_max.value() + frame.k_min.value();
+            assert!((trace - 2.0 * ball.mean().value()).abs() < 0.2 * exact.max.abs());
+            let errors = [
+                ball.gaussian().value() - TORUS.gaussian_curvature(p),
+                ball.mean().value() - TORUS.mean_curvature(p),
+                frame.k_max.value() - exact.max,
+            ];
+            for (worst, error) in worst.iter_mut().zip(errors) {
+                *worst = worst.max(error.abs());
+            }
+            if vertex.index() % 97 == 0 {
+                assert_eq!(corrected_curvature(&mesh, vertex, radius).unwrap(), *ball);
+            }
+        }
+        println!("radius {radius:.3}: {worst:.4?}");
+        assert!(worst.iter().zip(last).all(|(now, before)| *now < 0.9 * before));
+        last = worst;
+    }
+    // A sphere with noise: less error than vertex curvatures by far, and no more than plain averages.
+    let mut soup = Sphere::UNIT.icosphere(4).unwrap();
+    add_normal_noise(&mut soup, 0.05, 1);
+    let noisy = mesh(&soup);
+    let worst = |values: &mut dyn Iterator<Item = f64>| {
+        values.map(|h| (h - 1.0).abs()).fold(0.0_f64, f64::max)
+    };
+    let corrected = corrected_curvatures(&noisy, 0.4).unwrap();
+    let corrected = worst(&mut corrected.iter().map(|(_, ball)| ball.mean().value()));
+    let balls = ball_curvatures(&noisy, 0.4).unwrap();
+    let plain = worst(&mut balls.iter().map(|(_, ball)| ball.mean().value()));
+    println!("H of a noisy sphere: corrected {corrected:.4}, plain {plain:.4}");
+    assert!(corrected < 0.1 && corrected < 1.2 * plain);
+}
+
+#[test]
+fn directions_agree_in_sign_along_a_torus() {
+    let mesh = mesh(&TORUS.mesh(60, 30).unwrap());
+    let mut frames = fitted_frames(&mesh, &FitOptions::default());
+    let scrambled = frames.clone();
+    align_directions(&mesh, &mut frames);
+    for edge in mesh.topology().edges() {
+        let [a, b] = mesh.topology().edge_vertices(edge).map(|v| frames[v].unwrap());
+        assert!(a.direction_max.dot(b.direction_max) > 0.0);
+        assert!(a.direction_min.dot(b.direction_min) > 0.0);
+    }
+    // Only signs differ.
+    for (vertex, frame) in frames.iter() {
+        let (now, before) = (frame.unwrap(), scrambled[vertex].unwrap());
+        assert_eq!(now.direction_max.abs(), before.direction_max.abs());
+        assert_eq!((now.k_max, now.normal), (before.k_max, before.normal));
+    }
 }

@@ -5,8 +5,8 @@ use core::f64::consts::TAU;
 use std::path::PathBuf;
 
 use dcurv::{
-    CurvatureOptions, Curvatures, FitOptions, VertexCurvature, ball_curvatures, fitted_frames,
-    principal_frames, willmore_energies,
+    CurvatureOptions, Curvatures, FitOptions, FitScale, FittedCurvature, VertexCurvature,
+    ball_curvatures, estimate_noise, fitted_curvatures, principal_frames, willmore_energies,
 };
 use mesh_core::fill::{FillOptions, FillRefusal};
 use mesh_core::{Repair, TriMesh, build};
@@ -81,17 +81,18 @@ fn is_finite(at: &VertexCurvature) -> bool {
 #[test]
 fn fits_and_averages_are_finite_on_real_meshes() {
     for (name, mesh) in meshes() {
-        let frames = fitted_frames(&mesh, &FitOptions::default());
-        let fitted = frames.iter().filter(|(_, frame)| frame.is_some()).count();
+        let scale = FitScale::Noise(estimate_noise(&mesh));
+        let fits = fitted_curvatures(&mesh, &FitOptions { scale, ..FitOptions::default() });
+        let fitted = fits.iter().filter(|(_, fit)| fit.is_some()).count();
         // If the sizes of triangles differ strongly, a ball may contain most of the mesh.
         if mesh.topology().face_count() > 15_000 {
             continue;
         }
         let radius = 0.5 * mesh.mean_edge_length().unwrap();
         let balls = ball_curvatures(&mesh, radius).unwrap();
-        println!("{name:28} {fitted} of {} vertices fitted", frames.len());
-        for frame in frames.as_slice().iter().flatten() {
-            let values = [frame.mean(), frame.gaussian(), frame.k_max, frame.k_min];
+        println!("{name:28} {fitted} of {} vertices fitted", fits.len());
+        for FittedCurvature { frame, error, .. } in fits.as_slice().iter().flatten() {
+            let values = [frame.mean(), frame.gaussian(), frame.k_max, frame.k_min, *error];
             assert!(values.iter().all(|k| k.value().is_finite()), "{name}");
         }
         for ball in balls.as_slice() {

@@ -1,0 +1,82 @@
+//! The choice between fits of several degrees and scales.
+//!
+//! Fits at small scales follow noise, fits at large scales miss details. The noise of each fit is known if the noise of
+//! the positions is. By Lepski's method (1991, On a problem of adaptive estimation in Gaussian white noise), the fit
+//! with the least noise is chosen among those that agree with all noisier fits within the noise of the latter.
+
+use crate::jet_fit::JetFit;
+
+/// A fit, as seen by the choice.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidate {
+    pub(crate) fit: JetFit,
+    /// The second fundamental form: entries 11, 12 and 22.
+    form: [f64; 3],
+    /// Standard deviation of the form by noise.
+    pub(crate) noise: f64,
+}
+
+/// The chosen fit and the error of its second fundamental form.
+pub(crate) struct Choice {
+    pub(crate) fit: JetFit,
+    pub(crate) error: f64,
+}
+
+impl Candidate {
+    /// `noise` is the standard deviation of positions. `None` if the form overflows.
+    pub(crate) fn new(fit: JetFit, noise: f64) -> Option<Self> {
+        let form = fit.jet.second_form(1.0);
+        let noise = noise * fit.noise_variance.sqrt();
+        let is_finite = noise.is_finite() && form.iter().all(|entry| entry.is_finite());
+        is_finite.then_some(Self { fit, form, noise })
+    }
+
+    /// The error by the model, from the residuals, and by noise.
+    ///
+    /// Residuals tell only the order of the error of a model, because the error is no independent noise. The factors
+    /// are the ratios of errors to standard deviations at 90 % of the vertices of surfaces with known curvature.
+    pub(crate) fn error(&self) -> f64 {
+        self.model_error() + 2.0 * self.noise
+    }
+
+    pub(crate) fn model_error(&self) -> f64 {
+        let factor = match self.fit.degree {
+            2 => 3.0,
+            3 => 4.5,
+            _ => 1.5,
+        };
+        factor * self.fit.model_variance.sqrt()
+    }
+
+    pub(crate) fn distance(&self, other: &Self) -> f64 {
+        let [a, b, c] = [0, 1, 2].map(|i| self.form[i] - other.form[i]);
+        (a * a + 2.0 * b * b + c * c).sqrt()
+    }
+
+    /// The largest entry of the form.
+    pub(crate) fn size(&self) -> f64 {
+        self.form.iter().fold(0.0, |size, entry| size.max(entry.abs()))
+    }
+}
+
+/// The candidate with the least predicted error.
+pub(crate) fn least_error(candidates: &[Candidate]) -> Option<Candidate> {
+    candidates.iter().copied().min_by(|a, b| a.error().total_cmp(&b.error()))
+}
+
+/// Chooses by Lepski's method. Sorts the candidates by noise.
+pub(crate) fn choose(candidates: &mut [Candidate]) -> Option<Choice> {
+    /// How many standard deviations fits may differ.
+    const AGREEMENT: f64 = 2.5;
+    candidates.sort_by(|a, b| b.noise.total_cmp(&a.noise));
+    let agrees = |k: usize| {
+        let noisier = &candidates[..k];
+        noisier.iter().all(|other| candidates[k].distance(other) <= AGREEMENT * other.noise)
+    };
+    let chosen = candidates[(0..candidates.len()).rev().find(|&k| agrees(k))?];
+    // Fits with at most twice the noise show how far the choice itself may be wrong.
+    let similar =
+        candidates.iter().filter(|c| (chosen.noise..2.0 * chosen.noise).contains(&c.noise));
+    let spread = similar.map(|other| chosen.distance(other)).fold(0.0, f64::max);
+    Some(Choice { fit: chosen.fit, error: 4.0 * chosen.noise + 2.0 * spread })
+}
