@@ -1,10 +1,12 @@
-//! `curvmesh curvature --estimator fit` and `ball` on a torus with known principal curvatures and directions.
+//! `curvmesh curvature` by the estimators of principal curvatures and directions on a torus with known principal curvatures and directions.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::common::{curvmesh, json, write};
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 use mesh_io::Model;
 use mesh_shapes::Torus;
 
@@ -77,7 +79,8 @@ fn is_principal(estimator: &str, tolerance: f64) {
 
 #[test]
 fn fitted_surfaces_give_the_curvatures_and_directions_of_a_torus() {
-    is_principal("fit", 0.02);
+    is_principal("fit", 3e-3);
+    is_principal("auto", 3e-3);
 }
 
 /// Balls average over their content. Four mean edges, the default, are half the radius of the tube. Inside the hole,
@@ -85,6 +88,65 @@ fn fitted_surfaces_give_the_curvatures_and_directions_of_a_torus() {
 #[test]
 fn balls_give_the_curvatures_and_directions_of_a_torus() {
     is_principal("ball", 0.2);
+    is_principal("corrected", 0.2);
+}
+
+/// A pipe with triangles 25 times longer than wide: the larger curvature is 2.5 everywhere.
+#[test]
+fn long_triangles_do_not_decide() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, out) = (folder.path().join("pipe.ply"), folder.path().join("out.ply"));
+    write(Torus { major: 5.0, minor: 0.4 }.mesh(24, 48).unwrap(), &input);
+    let [input, output] = [&input, &out].map(|path| path.to_str().unwrap());
+    for more in [&[][..], &["--estimator", "fit"]] {
+        let report = json(&[&["curvature", input, "-o", output], more].concat());
+        assert_eq!(report["vertices_without_curvature"], 0);
+        let model = mesh_io::read(&out).unwrap();
+        assert!(numbers(&model, "k1").iter().all(|k1| (k1 - 2.5).abs() < 0.05));
+        assert!(numbers(&model, "curvature_error").iter().all(|&error| error < 0.25));
+    }
+}
+
+/// A cube of many faces: edges and corners have no curvature, all other vertices have none to speak of.
+#[test]
+fn creases_are_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, out) = (folder.path().join("cube.ply"), folder.path().join("out.ply"));
+    let count = 8;
+    let (mut cube, mut known) = (PolygonSoup::default(), HashMap::new());
+    for (axis, side) in [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)] {
+        let mut corner = |u: usize, v: usize| {
+            let mut place = [0; 3];
+            place[axis] = side * count;
+            place[(axis + 1) % 3] = u;
+            place[(axis + 2) % 3] = v;
+            *known.entry(place).or_insert_with(|| {
+                cube.push_vertex(place.map(|x| x as f64));
+                cube.vertex_count() as u32 - 1
+            })
+        };
+        let cells = (0..count).flat_map(|u| (0..count).map(move |v| (u, v)));
+        let quads: Vec<_> = cells
+            .map(|(u, v)| [corner(u, v), corner(u + 1, v), corner(u + 1, v + 1), corner(u, v + 1)])
+            .collect();
+        for [a, b, c, d] in quads {
+            let [b, d] = if side == 1 { [b, d] } else { [d, b] };
+            cube.push_face(&[a, b, c]).unwrap();
+            cube.push_face(&[a, c, d]).unwrap();
+        }
+    }
+    write(cube, &input);
+    let report = json(&["curvature", input.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    let model = mesh_io::read(&out).unwrap();
+    let (kinds, k1) = (numbers(&model, "curvature_kind"), numbers(&model, "k1"));
+    let mut creases = 0;
+    for ((p, kind), k1) in model.soup.positions().iter().zip(kinds).zip(k1) {
+        let sides = p.to_array().iter().filter(|&&x| x == 0.0 || x == count as f64).count();
+        creases += usize::from(sides > 1);
+        assert_eq!((kind == 2.0, k1.is_nan()), (sides > 1, sides > 1), "{p}");
+        assert!(sides > 1 || k1.abs() < 1e-6, "{p}: {k1}");
+    }
+    assert_eq!(report["creases"], creases);
 }
 
 /// Two diamonds at each vertex, in the two colours, flat on the surface.
@@ -112,7 +174,9 @@ fn what_an_estimator_does_not_know_is_wrong_usage() {
     let folder = tempfile::tempdir().unwrap();
     let input = torus(folder.path());
     for arguments in [
-        &["--estimator", "fit", "--radius", "1"][..],
+        &["--radius", "1"][..],
+        &["--estimator", "fit", "--radius", "1", "--rings", "2"],
+        &["--estimator", "ball", "--noise", "1"],
         &["--estimator", "ball", "--rings", "3"],
         &["--estimator", "fit", "--quantity", "willmore"],
         &["--estimator", "vertex", "--as", "arrows"],

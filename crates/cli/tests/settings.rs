@@ -10,7 +10,9 @@ use dcurv::{CurvatureOptions, Curvatures, FitOptions, VertexArea};
 use dtri_flip::{CostName, FlipOptions};
 use mesh_core::{FaceId, Handle, TriMesh};
 use mesh_shapes::Torus;
-use mesh_work::{FaceValues, FrameValues, Integrals, patch_of_radius, patch_within};
+use mesh_work::{
+    FaceValues, FrameEstimator, FrameValues, Integrals, patch_of_radius, patch_within,
+};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -111,7 +113,7 @@ fn curvature() {
         (report["settings"].clone(), report)
     };
     for area in ["voronoi", "barycentric"] {
-        let (settings, report) = run(&["--area", area]);
+        let (settings, report) = run(&["--estimator", "vertex", "--area", area]);
         assert!(settings["area"].is_string(), "{settings}");
         let options: CurvatureOptions = read(&settings);
         assert_eq!(report["f1"], Curvatures::of(&original, &options).totals().f1, "{area}");
@@ -131,13 +133,19 @@ fn curvature() {
     }
     let (settings, report) = run(&["--estimator", "fit", "--rings", "3"]);
     let fit: FitOptions = read(&settings);
-    let values = FrameValues::fitted(&original, fit.rings);
+    assert_eq!(fit, FitOptions::rings(3));
+    let values = FrameValues::of(&original, FrameEstimator::Fit(fit)).unwrap();
     assert_eq!(values.fit, Some(fit));
     assert_eq!(settings.as_object().unwrap().len(), 2, "{settings}");
     same(&report, &values.integrals(&original));
     let (settings, report) = run(&["--estimator", "ball"]);
-    let values = FrameValues::averaged(&original, read(&settings["radius"])).unwrap();
+    let radius = read(&settings["radius"]);
+    let values = FrameValues::of(&original, FrameEstimator::Ball { radius }).unwrap();
     same(&report, &values.integrals(&original));
+    // With `auto`, sums are the discrete ones, and the settings have the noise.
+    let (settings, report) = run(&[]);
+    assert_eq!(report["f1"], Curvatures::of(&original, &CurvatureOptions::default()).totals().f1);
+    assert_eq!(report["noise"], settings["scale"]["noise"]);
 }
 
 #[test]

@@ -1,36 +1,104 @@
-//! Principal curvatures and directions of every vertex, from fitted quadratic surfaces or averaged
-//! over balls.
+//! Principal curvatures and directions of every vertex: fitted, or averaged over balls.
 
 use dcurv::{
-    BallCurvature, FitOptions, InvalidRadius, PrincipalFrame, ball_curvatures,
-    ball_curvatures_until, default_ball_radius, fitted_frames, fitted_frames_until,
+    BallCurvature, CorrectedCurvature, FitOptions, FitScale, FittedCurvature, InvalidRadius,
+    PrincipalFrame, align_directions, ball_curvatures_until, corrected_curvatures_until,
+    default_ball_radius, edge_dihedral_angle, estimate_noise, fitted_curvatures_until,
 };
-use mesh_core::{TriMesh, VertexMap};
+use mesh_core::glam::DVec3;
+use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use crate::quantity::{Integrals, Quantity};
+
+/// How principal curvatures and directions of vertices are estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FrameEstimator {
+    /// Fitted surfaces whose scale follows the noise: of this standard deviation in model units, or estimated from the
+    /// mesh.
+    Auto {
+        /// The noise.
+        noise: Option<f64>,
+    },
+    /// Fitted surfaces.
+    Fit(FitOptions),
+    /// Averages over balls of this radius in model units, or of [`default_ball_radius`].
+    Ball {
+        /// The radius.
+        radius: Option<f64>,
+    },
+    /// Averages over balls with interpolated normals.
+    Corrected {
+        /// The radius, as for `Ball`.
+        radius: Option<f64>,
+    },
+}
+
+/// What is at a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum PointKind {
+    /// Two principal curvatures and their directions.
+    Regular,
+    /// The principal curvatures are equal within their error, so there are no principal directions.
+    Umbilic,
+    /// The surface has an edge here: the dihedral angle is larger than [`PointKind::CREASE_ANGLE`]. A fitted surface
+    /// has no curvature here.
+    Crease,
+    /// The surface ends here, so the values come from one side.
+    Boundary,
+    /// The estimator has no value: too few points, or no faces.
+    Unknown,
+}
+
+impl PointKind {
+    /// 75 degrees, in radians.
+    pub const CREASE_ANGLE: f64 = 75.0 * core::f64::consts::PI / 180.0;
+
+    /// All kinds.
+    pub const ALL: [Self; 5] =
+        [Self::Regular, Self::Umbilic, Self::Crease, Self::Boundary, Self::Unknown];
+
+    /// The name, in lower case.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Regular => "regular",
+            Self::Umbilic => "umbilic",
+            Self::Crease => "crease",
+            Self::Boundary => "boundary",
+            Self::Unknown => "unknown",
+        }
+    }
+}
 
 /// The curvature of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameValue {
-    /// Principal curvatures and directions.
+    /// Principal curvatures and directions. At umbilics the directions are NaN.
     pub frame: PrincipalFrame,
     /// K, per square of the model unit.
     pub gaussian: f64,
     /// H, per model unit.
     pub mean: f64,
+    /// The predicted error of the principal curvatures, per model unit. NaN if it is unknown, as for averages over
+    /// balls.
+    pub error: f64,
 }
 
-/// Principal curvatures and directions of every vertex; `None` for vertices that have none.
+/// Principal curvatures and directions of every vertex.
 #[derive(Clone, Debug)]
 pub struct FrameValues {
-    /// By vertex.
+    /// By vertex; `None` for vertices without curvature.
     pub of_vertex: VertexMap<Option<FrameValue>>,
+    /// What is at each vertex.
+    pub kinds: VertexMap<PointKind>,
     /// The radius of the balls, in model units.
     pub radius: Option<f64>,
     /// Whether the default radius was reduced because balls contain very many faces; see
     /// [`default_ball_radius`].
     pub radius_reduced: bool,
-    /// How the surfaces were fitted.
+    /// How surfaces were fitted. With [`FrameEstimator::Auto`], the noise is in it.
     pub fit: Option<FitOptions>,
 }
 
@@ -55,58 +123,91 @@ impl BallRadius {
 }
 
 impl FrameValues {
-    /// From quadratic surfaces fitted to this number of rings of neighbours.
-    #[must_use]
-    pub fn fitted(mesh: &TriMesh, rings: usize) -> Self {
-        let options = FitOptions { rings, ..FitOptions::default() };
-        Self::of_fits(&fitted_frames(mesh, &options), options)
-    }
-
-    /// As [`FrameValues::fitted`], until `stops` returns true; then `None`. Any thread calls `stops` before each
-    /// vertex. Once true, it must stay true.
-    #[must_use]
-    pub fn fitted_until(
-        mesh: &TriMesh,
-        rings: usize,
-        stops: &(dyn Fn() -> bool + Sync),
-    ) -> Option<Self> {
-        let options = FitOptions { rings, ..FitOptions::default() };
-        Some(Self::of_fits(&fitted_frames_until(mesh, &options, stops)?, options))
-    }
-
-    fn of_fits(frames: &VertexMap<Option<PrincipalFrame>>, options: FitOptions) -> Self {
-        let of_vertex = frames.map(|frame| frame.map(FrameValue::of_fit));
-        Self { of_vertex, radius: None, radius_reduced: false, fit: Some(options) }
-    }
-
-    /// Averaged over balls. Without a radius, it is [`default_ball_radius`].
+    /// Of all vertices.
     ///
     /// # Errors
-    /// The radius is not positive.
-    pub fn averaged(mesh: &TriMesh, radius: Option<f64>) -> Result<Self, InvalidRadius> {
-        let size = BallRadius::of(mesh, radius);
-        Ok(Self::of_balls(&ball_curvatures(mesh, size.radius)?, size))
+    /// A radius is not positive.
+    pub fn of(mesh: &TriMesh, estimator: FrameEstimator) -> Result<Self, InvalidRadius> {
+        let found = Self::of_until(mesh, estimator, &|| false)?;
+        Ok(found.unwrap_or_else(|| Self::new(mesh, VertexMap::from_vec(Vec::new()))))
     }
 
-    /// As [`FrameValues::averaged`], until `stops` returns true; then `None`. Any thread calls `stops` before each
-    /// vertex. Once true, it must stay true.
+    /// As [`FrameValues::of`], until `stops` returns true; then `None`. Any thread calls `stops` before each vertex.
+    /// Once true, it must stay true.
     ///
     /// # Errors
-    /// The radius is not positive.
-    pub fn averaged_until(
+    /// A radius is not positive.
+    pub fn of_until(
         mesh: &TriMesh,
-        radius: Option<f64>,
+        estimator: FrameEstimator,
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Self>, InvalidRadius> {
-        let size = BallRadius::of(mesh, radius);
-        let balls = ball_curvatures_until(mesh, size.radius, stops)?;
-        Ok(balls.map(|balls| Self::of_balls(&balls, size)))
+        let fit = |options| {
+            let fits = fitted_curvatures_until(mesh, &options, stops)?;
+            Some(Self { fit: Some(options), ..Self::of_fits(mesh, &fits) })
+        };
+        let balls = |size: BallRadius, of_vertex: VertexMap<Option<FrameValue>>| Self {
+            radius: Some(size.radius),
+            radius_reduced: size.reduced,
+            ..Self::new(mesh, of_vertex)
+        };
+        Ok(match estimator {
+            FrameEstimator::Auto { noise } => {
+                let noise = noise.unwrap_or_else(|| estimate_noise(mesh));
+                fit(FitOptions { scale: FitScale::Noise(noise), ..FitOptions::default() })
+            }
+            FrameEstimator::Fit(options) => {
+                if let FitScale::Radius(radius) = options.scale
+                    && !(radius > 0.0 && radius.is_finite())
+                {
+                    return Err(InvalidRadius(radius));
+                }
+                fit(options)
+            }
+            FrameEstimator::Ball { radius } => {
+                let size = BallRadius::of(mesh, radius);
+                let found = ball_curvatures_until(mesh, size.radius, stops)?;
+                found.map(|found| balls(size, found.map(FrameValue::of_ball)))
+            }
+            FrameEstimator::Corrected { radius } => {
+                let size = BallRadius::of(mesh, radius);
+                let found = corrected_curvatures_until(mesh, size.radius, stops)?;
+                found.map(|found| balls(size, found.map(FrameValue::of_corrected)))
+            }
+        })
     }
 
-    fn of_balls(balls: &VertexMap<BallCurvature>, size: BallRadius) -> Self {
-        let of_vertex = balls.map(|ball| Some(FrameValue::of_ball(ball, ball.principal()?)));
-        let BallRadius { radius, reduced } = size;
-        Self { of_vertex, radius: Some(radius), radius_reduced: reduced, fit: None }
+    /// Values of fitted surfaces, which have none at creases.
+    fn of_fits(mesh: &TriMesh, fits: &VertexMap<Option<FittedCurvature>>) -> Self {
+        let mut values = Self::new(mesh, fits.map(|fit| fit.as_ref().map(FrameValue::of_fit)));
+        let kinds = values.kinds.as_slice().iter();
+        for (value, &kind) in values.of_vertex.as_mut_slice().iter_mut().zip(kinds) {
+            if kind == PointKind::Crease {
+                *value = None;
+            }
+        }
+        values
+    }
+
+    /// Aligns directions, and finds the kinds of vertices.
+    fn new(mesh: &TriMesh, mut of_vertex: VertexMap<Option<FrameValue>>) -> Self {
+        let mut frames = of_vertex.map(|value| value.map(|value| value.frame));
+        align_directions(mesh, &mut frames);
+        let kinds = parallel::collect(of_vertex.len(), |index| {
+            let vertex = VertexId::from_index(index);
+            kind(mesh, vertex, of_vertex[vertex].as_ref())
+        });
+        let kinds = VertexMap::from_vec(kinds);
+        for (vertex, frame) in frames.iter() {
+            let Some((value, frame)) = of_vertex[vertex].as_mut().zip(*frame) else { continue };
+            value.frame = frame;
+            if kinds[vertex] == PointKind::Umbilic {
+                let none = DVec3::NAN;
+                value.frame.direction_max = none;
+                value.frame.direction_min = none;
+            }
+        }
+        Self { of_vertex, kinds, radius: None, radius_reduced: false, fit: None }
     }
 
     /// Curvatures of vertices times a third of the areas of their faces.
@@ -128,17 +229,69 @@ impl FrameValues {
         }
         Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
     }
+
+    /// The standard deviation of noise that the scale follows.
+    #[must_use]
+    pub fn noise(&self) -> Option<f64> {
+        match self.fit?.scale {
+            FitScale::Noise(noise) => Some(noise),
+            _ => None,
+        }
+    }
+
+    /// A quantity of a vertex; NaN without curvature.
+    #[must_use]
+    pub fn quantity(&self, vertex: VertexId, quantity: Quantity) -> f64 {
+        self.of_vertex[vertex].map_or(f64::NAN, |value| value.quantity(quantity))
+    }
+
+    /// Number of vertices of a kind.
+    #[must_use]
+    pub fn count(&self, mesh: &TriMesh, kind: PointKind) -> usize {
+        mesh.topology().vertices().filter(|&v| self.kinds[v] == kind).count()
+    }
+}
+
+/// What is at a vertex with this value.
+fn kind(mesh: &TriMesh, vertex: VertexId, value: Option<&FrameValue>) -> PointKind {
+    let topology = mesh.topology();
+    if !topology.contains_vertex(vertex) || topology.is_isolated_vertex(vertex) {
+        return PointKind::Unknown;
+    }
+    let is_crease = topology.outgoing(vertex).any(|h| {
+        let angle = edge_dihedral_angle(mesh, h.edge());
+        angle.is_some_and(|angle| angle.abs() > PointKind::CREASE_ANGLE)
+    });
+    let Some(value) = value else {
+        return if is_crease { PointKind::Crease } else { PointKind::Unknown };
+    };
+    let [k1, k2] = value.principal();
+    if is_crease {
+        PointKind::Crease
+    } else if topology.is_boundary_vertex(vertex) {
+        PointKind::Boundary
+    } else if k1 - k2 <= 2.0 * value.error {
+        PointKind::Umbilic
+    } else {
+        PointKind::Regular
+    }
 }
 
 impl FrameValue {
-    fn of_fit(frame: PrincipalFrame) -> Self {
+    fn of_fit(fit: &FittedCurvature) -> Self {
+        let frame = fit.frame;
         let (gaussian, mean) = (frame.gaussian().value(), frame.mean().value());
-        Self { frame, gaussian, mean }
+        Self { frame, gaussian, mean, error: fit.error.value() }
     }
 
-    fn of_ball(ball: &BallCurvature, frame: PrincipalFrame) -> Self {
+    fn of_ball(ball: &BallCurvature) -> Option<Self> {
         let (gaussian, mean) = (ball.gaussian().value(), ball.mean().value());
-        Self { frame, gaussian, mean }
+        Some(Self { frame: ball.principal()?, gaussian, mean, error: f64::NAN })
+    }
+
+    fn of_corrected(ball: &CorrectedCurvature) -> Option<Self> {
+        let (gaussian, mean) = (ball.gaussian().value(), ball.mean().value());
+        Some(Self { frame: ball.principal()?, gaussian, mean, error: f64::NAN })
     }
 
     /// The principal curvatures, the larger one first.

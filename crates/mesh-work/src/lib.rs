@@ -25,7 +25,7 @@ pub use attributes::{AttributeRules, Attributes};
 pub use constraint_choices::{ConstraintChoices, ConstraintError};
 pub use face_curvature::{FaceValues, disc_quantity};
 pub use file_size::{Largest, Sized, file_size, largest_within};
-pub use frame_curvature::{FrameValue, FrameValues};
+pub use frame_curvature::{FrameEstimator, FrameValue, FrameValues, PointKind};
 pub use labels::{UnknownNumbers, mark_labels};
 pub use length::{Length, NoExtent, diagonal, parse_length};
 pub use levels::{LevelError, LevelOfDetail, LevelSteps};

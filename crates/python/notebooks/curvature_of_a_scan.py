@@ -30,7 +30,7 @@ cm.info(mesh)
 # Discrete curvature is defined at vertices and edges: its integrals are exact, and noise is not smoothed.
 
 # %%
-k = cm.curvature(mesh)
+k = cm.curvature(mesh, estimator="vertex")
 print("the theorem of Gauss and Bonnet:", k.totals["gaussian"] / (2 * np.pi))
 k
 

@@ -1,10 +1,11 @@
 //! `curvmesh.curvature`.
 
 use curvpatch::DiscCurvature;
-use dcurv::{Pointwise, PrincipalFrame, VertexCurvature, principal_frames};
+use dcurv::{FitOptions, FitScale, Pointwise, PrincipalFrame, VertexCurvature, principal_frames};
 use mesh_core::glam::DVec3;
 use mesh_work::{
-    FaceValues, FrameValue, FrameValues, Integrals, Quantity, VertexValues, disc_quantity,
+    FaceValues, FrameEstimator, FrameValue, FrameValues, Integrals, PointKind, Quantity,
+    VertexValues, disc_quantity,
 };
 use numpy::{IntoPyArray, PyArray3};
 use pyo3::prelude::*;
@@ -27,6 +28,10 @@ struct Columns {
     /// Directions of the larger and of the smaller curvature.
     directions: Option<Vec<[[f64; 3]; 2]>>,
     normals: Option<Vec<DVec3>>,
+    /// What is at each vertex.
+    kinds: Option<Vec<&'static str>>,
+    /// The noise that scales follow.
+    noise: Option<f64>,
     integrals: Integrals,
     /// Further results.
     totals: Vec<(&'static str, f64)>,
@@ -35,7 +40,7 @@ struct Columns {
 
 /// Curvature of vertices or faces.
 #[pyfunction]
-#[pyo3(signature = (call, mesh, *, estimator="vertex", area="voronoi", radius=None, relative=false, rings=2, preset="robust"))]
+#[pyo3(signature = (call, mesh, *, estimator="auto", area="voronoi", radius=None, noise=None, relative=false, rings=None, preset="robust"))]
 #[allow(clippy::too_many_arguments, reason = "one per option of Python")]
 pub(crate) fn curvature<'py>(
     py: Python<'py>,
@@ -44,47 +49,91 @@ pub(crate) fn curvature<'py>(
     estimator: &str,
     area: &str,
     radius: Option<Given>,
+    noise: Option<Given>,
     relative: bool,
-    rings: usize,
+    rings: Option<usize>,
     preset: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    #[derive(Clone, Copy)]
+    #[derive(Clone, Copy, PartialEq)]
     enum By {
+        Auto,
         Vertex,
         Face,
         Fit,
         Ball,
+        Corrected,
     }
     let settings = || -> Result<_, Failure> {
-        let choices =
-            [("vertex", By::Vertex), ("face", By::Face), ("fit", By::Fit), ("ball", By::Ball)];
-        if !(1..=16).contains(&rings) {
+        let choices = [
+            ("auto", By::Auto),
+            ("vertex", By::Vertex),
+            ("face", By::Face),
+            ("fit", By::Fit),
+            ("ball", By::Ball),
+            ("corrected", By::Corrected),
+        ];
+        let by = choose("estimator", estimator, &choices)?;
+        if let Some(rings) = rings.filter(|rings| !(1..=16).contains(rings)) {
             return Err(Failure::option(format!("rings is {rings}; it must be from 1 to 16")));
         }
-        let by = choose("estimator", estimator, &choices)?;
-        Ok((by, self::area(area)?, length("radius", radius)?, sections(preset)?))
+        let refuse = |what: &str, cure: &str| {
+            Err(Failure::option(format!(
+                "{what} has no effect with estimator={estimator:?}; {cure}"
+            )))
+        };
+        if rings.is_some() && by != By::Fit {
+            return refuse("rings", "use estimator=\"fit\"");
+        }
+        if noise.is_some() && !matches!(by, By::Auto | By::Fit) {
+            return refuse("noise", "use estimator=\"auto\" or \"fit\"");
+        }
+        if radius.is_some() && matches!(by, By::Auto | By::Vertex) {
+            return refuse("radius", "use estimator=\"fit\", \"face\", \"ball\" or \"corrected\"");
+        }
+        if [rings.is_some(), radius.is_some(), noise.is_some()].iter().filter(|&&is| is).count() > 1
+        {
+            return refuse("more than one of radius, noise and rings", "leave all but one out");
+        }
+        let (radius, noise) = (length("radius", radius)?, length("noise", noise)?);
+        Ok((by, self::area(area)?, radius, noise, sections(preset)?))
     };
-    let (by, area, radius, params) = settings().map_err(|failure| failure.raise(py))?;
+    let (by, area, radius, noise, params) = settings().map_err(|failure| failure.raise(py))?;
     let content = mesh.content();
     let columns = run(py, call, move |watch| {
         let whole = content.whole()?;
         watch.check()?;
         let stops = || watch.is_cancelled();
         let mesh = &whole.mesh;
-        let radius = units(radius, mesh, relative)?;
+        let (radius, noise) = (units(radius, mesh, relative)?, units(noise, mesh, relative)?);
         Ok(match by {
             By::Vertex => of_vertices(whole, &VertexValues::of(mesh, area)),
             By::Face => {
                 let found = FaceValues::of_until(mesh, params, radius, &stops);
                 of_faces(whole, &found.map_err(Failure::from)?.ok_or_else(Ended::interrupted)?)
             }
-            By::Fit => {
-                let found = FrameValues::fitted_until(mesh, rings, &stops);
-                of_frames(whole, &found.ok_or_else(Ended::interrupted)?)
-            }
-            By::Ball => {
-                let found = FrameValues::averaged_until(mesh, radius, &stops);
-                of_frames(whole, &found.map_err(Failure::from)?.ok_or_else(Ended::interrupted)?)
+            By::Auto | By::Fit | By::Ball | By::Corrected => {
+                let scale = match (rings, radius, noise) {
+                    (Some(rings), ..) => FitScale::Rings(rings),
+                    (_, Some(radius), _) => FitScale::Radius(radius),
+                    (_, _, Some(noise)) => FitScale::Noise(noise),
+                    _ => FitScale::Nearest,
+                };
+                let estimator = match by {
+                    By::Fit => FrameEstimator::Fit(FitOptions { scale, ..FitOptions::default() }),
+                    By::Ball => FrameEstimator::Ball { radius },
+                    By::Corrected => FrameEstimator::Corrected { radius },
+                    _ => FrameEstimator::Auto { noise },
+                };
+                let found = FrameValues::of_until(mesh, estimator, &stops);
+                let frames = of_frames(
+                    whole,
+                    &found.map_err(Failure::from)?.ok_or_else(Ended::interrupted)?,
+                );
+                if by == By::Auto {
+                    of_vertices(whole, &VertexValues::of(mesh, area)).replaced_by(frames)
+                } else {
+                    frames
+                }
             }
         })
     })?;
@@ -185,8 +234,8 @@ fn of_faces(whole: &Whole, values: &FaceValues) -> Columns {
         directions: Some(discs.iter().map(axes).collect()),
         normals: Some(discs.iter().map(normal).collect()),
         integrals: values.integrals(mesh),
-        totals: Vec::new(),
         radius: Some(values.radius),
+        ..Columns::default()
     }
 }
 
@@ -207,15 +256,23 @@ fn of_frames(whole: &Whole, values: &FrameValues) -> Columns {
     let principal =
         |value: &Option<FrameValue>| value.as_ref().map_or([f64::NAN; 2], FrameValue::principal);
     let normal = |value: &Option<FrameValue>| value.map_or(DVec3::NAN, |v| v.frame.normal);
+    let mut numbers: Vec<(&'static str, Vec<f64>)> = pointwise.collect();
+    if values.fit.is_some() {
+        let errors = all.iter().map(|value| value.map_or(f64::NAN, |value| value.error)).collect();
+        numbers.push(("error", whole.of_surface(errors, f64::NAN)));
+    }
+    let kinds = values.kinds.as_slice().iter().map(|kind| kind.name()).collect();
     Columns {
-        numbers: pointwise.collect(),
+        numbers,
+        kinds: Some(whole.of_surface(kinds, PointKind::Unknown.name())),
+        noise: values.noise(),
         flags: vec![("known", whole.of_surface(all.iter().map(Option::is_some).collect(), false))],
         principal: whole.of_surface(all.iter().map(principal).collect(), [f64::NAN; 2]),
         directions: Some(whole.of_surface(all.iter().map(axes).collect(), NO_AXES)),
         normals: Some(whole.of_surface(all.iter().map(normal).collect(), DVec3::NAN)),
         integrals: values.integrals(&whole.mesh),
-        totals: Vec::new(),
         radius: values.radius,
+        ..Columns::default()
     }
 }
 
@@ -237,6 +294,15 @@ fn key(quantity: Quantity) -> &'static str {
 }
 
 impl Columns {
+    /// These columns, with those of the same name and the directions of another estimator.
+    fn replaced_by(mut self, other: Self) -> Self {
+        self.numbers.retain(|(name, _)| other.numbers.iter().all(|(newer, _)| newer != name));
+        self.numbers.extend(other.numbers);
+        self.flags.extend(other.flags);
+        let Self { integrals, totals, .. } = self;
+        Self { integrals, totals, numbers: self.numbers, flags: self.flags, ..other }
+    }
+
     fn dictionary(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let found = PyDict::new(py);
         for (name, values) in self.numbers {
@@ -248,6 +314,8 @@ impl Columns {
         found.set_item("principal", matrix(py, self.principal)?)?;
         found.set_item("directions", self.directions.map(|d| frames(py, d)).transpose()?)?;
         found.set_item("normals", self.normals.map(|n| points(py, n)).transpose()?)?;
+        found.set_item("kinds", self.kinds)?;
+        found.set_item("noise", self.noise)?;
         found.set_item("radius", self.radius)?;
         let totals = PyDict::new(py);
         let Integrals {

@@ -103,7 +103,7 @@ def test_results_are_pickled(way: Callable[[Any], Any]) -> None:
 def test_unused_vertices_have_no_curvature() -> None:
     ball = cm.shapes.sphere(2)
     mesh = cm.Mesh(np.vstack([[[5, 5, 5]], ball.vertices]), ball.faces + 1)
-    for estimator in ("vertex", "fit", "ball"):
+    for estimator in ("auto", "vertex", "fit", "ball", "corrected"):
         k = cm.curvature(mesh, estimator=estimator)
         for name in k.names:
             if k[name].dtype.kind == "f":

@@ -29,7 +29,7 @@ def interior(values: Any, share: float) -> Any:
 def test_gaussian_and_principal_curvature_of_libigl(bumpy: cm.Mesh) -> None:
     igl = pytest.importorskip("igl")
     v, f = np.array(bumpy.vertices), np.array(bumpy.faces, np.int64)
-    k = cm.curvature(bumpy)
+    k = cm.curvature(bumpy, estimator="vertex")
     defects = np.asarray(igl.gaussian_curvature(v, f)).ravel()
     np.testing.assert_allclose(k.integral_gaussian, defects, atol=1e-12)
     np.testing.assert_allclose(k.area.sum(), 0.5 * np.asarray(igl.doublearea(v, f)).sum(), rtol=1e-12)
@@ -57,7 +57,7 @@ def test_mean_curvature_of_libigl(bumpy: cm.Mesh) -> None:
     normal = -(laplacian @ v) / mass[:, None]
     size = 0.5 * np.linalg.norm(normal, axis=1)
     theirs = np.where((normal * v).sum(axis=1) > 0, size, -size)
-    ours = cm.curvature(bumpy).mean
+    ours = cm.curvature(bumpy, estimator="vertex").mean
     # Different discretisations of the same quantity.
     assert np.median(np.abs(ours - theirs)) < 0.03 * np.abs(theirs).mean()
 
@@ -68,7 +68,7 @@ def test_curvature_of_pymeshlab(bumpy: cm.Mesh) -> None:
     meshes.add_mesh(pymeshlab.Mesh(np.array(bumpy.vertices), np.array(bumpy.faces)))
     meshes.compute_scalar_by_discrete_curvature_per_vertex(curvaturetype="Gaussian Curvature")
     theirs = meshes.current_mesh().vertex_scalar_array()
-    ours = cm.curvature(bumpy, area="barycentric")
+    ours = cm.curvature(bumpy, estimator="vertex", area="barycentric")
     scale = np.abs(theirs).mean()
     assert np.median(np.abs(ours.gaussian - theirs)) < 0.15 * scale
     assert np.corrcoef(ours.gaussian, theirs)[0, 1] > 0.98

@@ -85,7 +85,7 @@ def test_rebuilding(scan: Path, tmp_path: Path, program: Run) -> None:
         cm.flip(cm.read(small), rebuild_effort=2, rebuild_largest=2)
 
 
-@pytest.mark.parametrize("estimator", ["vertex", "face", "fit", "ball"])
+@pytest.mark.parametrize("estimator", ["auto", "vertex", "face", "fit", "ball", "corrected"])
 def test_curvature(scan: Path, tmp_path: Path, program: Run, estimator: Any) -> None:
     out = tmp_path / "out.ply"
     arguments = ["curvature", scan, "-o", out, "--precision", "double", "--estimator", estimator]
@@ -95,11 +95,13 @@ def test_curvature(scan: Path, tmp_path: Path, program: Run, estimator: Any) -> 
     data = written.face_data if estimator == "face" else written.vertex_data
     names = {"gaussian": "gaussian_curvature", "mean": "mean_curvature", "abs_mean": "abs_mean_curvature"}
     for name in ("gaussian", "mean", "abs_mean", "k1", "k2", "shape_index", "curvedness"):
-        ours = np.nan_to_num(k[name])
-        np.testing.assert_array_equal(ours, data[names.get(name, name)], err_msg=name)
+        np.testing.assert_array_equal(k[name], data[names.get(name, name)], err_msg=name)
     for ours, theirs in (("gaussian", "integral_gaussian"), ("f1", "f1"), ("f3", "f3")):
         assert k.totals[ours] == told[theirs]
-    if estimator == "fit":
+    if estimator in ("auto", "fit"):
+        np.testing.assert_array_equal(k.error, data["curvature_error"])
+        kinds = ["regular", "umbilic", "crease", "boundary", "unknown"]
+        assert [kinds.index(kind) for kind in k.kind] == data["curvature_kind"].tolist()
         np.testing.assert_array_equal(k.directions[:, 0, 1], data["k1_y"])
 
 

@@ -35,7 +35,7 @@ Placement = Literal[
     "optimal-volume", "optimal", "endpoint", "midpoint", "butterfly", "curvature-optimal"
 ]
 Norm = Literal["l1", "l2", "max"]
-Estimator = Literal["vertex", "face", "fit", "ball"]
+Estimator = Literal["auto", "vertex", "face", "fit", "ball", "corrected"]
 Area = Literal["voronoi", "barycentric"]
 Sections = Literal["robust", "paper"]
 FlipCost = Literal[

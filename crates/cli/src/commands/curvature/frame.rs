@@ -1,12 +1,12 @@
-//! `curvmesh curvature --estimator fit` and `ball`: principal curvatures and directions of every
-//! vertex, from fitted quadratic surfaces or averaged over balls.
+//! `curvmesh curvature --estimator auto`, `fit`, `ball` and `corrected`: principal curvatures and directions of every
+//! vertex, fitted or averaged over balls.
 
-use dcurv::FitOptions;
+use dcurv::{FitOptions, FitScale};
 use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
-use mesh_work::{FrameValue, FrameValues, Integrals, Quantity};
+use mesh_work::{FrameEstimator, FrameValue, FrameValues, Integrals, Length, PointKind, Quantity};
 use serde::Serialize;
 
 use crate::colormap::opaque;
@@ -19,8 +19,14 @@ use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
 /// The property that is 1 for vertices with curvature, and 0 for vertices without. The other properties of such
-/// vertices are 0.
+/// vertices are NaN.
 const KNOWN: &str = "curvature_known";
+
+/// The property with the predicted error of k1 and k2.
+const ERROR: &str = "curvature_error";
+
+/// The property with what is at a vertex: 0 regular, 1 umbilic, 2 crease, 3 boundary, 4 unknown.
+const KIND: &str = "curvature_kind";
 
 /// All settings.
 #[derive(Serialize)]
@@ -41,10 +47,8 @@ struct Results {
     radius: Option<f64>,
     /// Whether the default radius of balls was reduced to limit the time.
     radius_reduced: bool,
-    /// Only for `fit`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rings: Option<usize>,
-    vertices_without_curvature: usize,
+    #[serde(flatten)]
+    found: Found,
     /// Components that are inside out; unknown for a mesh that does not fit into memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     inside_out: Option<usize>,
@@ -52,18 +56,67 @@ struct Results {
     range: [f64; 2],
 }
 
+/// What was found at the vertices.
+#[derive(Serialize)]
+pub(super) struct Found {
+    /// The standard deviation of the noise that the scale follows, in model units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<f64>,
+    vertices_without_curvature: usize,
+    umbilics: usize,
+    creases: usize,
+}
+
+impl Found {
+    pub(super) fn new(values: &FrameValues, mesh: &TriMesh) -> Self {
+        let without = mesh.topology().vertices().filter(|&v| values.of_vertex[v].is_none()).count();
+        Self {
+            noise: values.noise(),
+            vertices_without_curvature: without,
+            umbilics: values.count(mesh, PointKind::Umbilic),
+            creases: values.count(mesh, PointKind::Crease),
+        }
+    }
+
+    /// A line of the summary.
+    pub(super) fn line(&self, vertices: usize) -> String {
+        let noise = self.noise.map_or_else(String::new, |noise| format!("noise {noise:.3e}; "));
+        format!(
+            "{noise}{} of {vertices} vertices have no curvature ({} are on creases), {} are umbilic",
+            self.vertices_without_curvature, self.creases, self.umbilics
+        )
+    }
+}
+
+/// How the options say that principal curvatures are estimated.
+pub(super) fn estimator(options: &Curvature, mesh: &TriMesh) -> Result<FrameEstimator, Failure> {
+    let estimate = &options.estimate;
+    let length = |length: Option<Length>| {
+        let on = |length: Length| length.on(mesh, options.job.loading.relative);
+        length.map(on).transpose().map_err(Failure::refused)
+    };
+    let (radius, noise) = (length(estimate.radius)?, length(estimate.noise)?);
+    let scale = match (estimate.rings, radius, noise) {
+        (Some(rings), ..) => FitScale::Rings(rings),
+        (_, Some(radius), _) => FitScale::Radius(radius),
+        (_, _, Some(noise)) => FitScale::Noise(noise),
+        _ => FitScale::Nearest,
+    };
+    Ok(match estimate.estimator {
+        EstimatorName::Fit => FrameEstimator::Fit(FitOptions { scale, ..FitOptions::default() }),
+        EstimatorName::Ball => FrameEstimator::Ball { radius },
+        EstimatorName::Corrected => FrameEstimator::Corrected { radius },
+        _ => FrameEstimator::Auto { noise },
+    })
+}
+
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let quantity = options.quantity;
     let mut seconds = Seconds::default();
     let (loaded, inside_out) = load(options, task, &mut seconds, console)?;
-    let radius = options.estimate.radius;
-    let radius = radius
-        .map(|r| r.on(&loaded.mesh, options.job.loading.relative))
-        .transpose()
-        .map_err(Failure::refused)?;
-    let values = Seconds::time(&mut seconds.compute, || match options.estimate.estimator {
-        EstimatorName::Fit => Ok(FrameValues::fitted(&loaded.mesh, options.estimate.rings)),
-        _ => FrameValues::averaged(&loaded.mesh, radius).map_err(Failure::refused),
+    let estimator = estimator(options, &loaded.mesh)?;
+    let values = Seconds::time(&mut seconds.compute, || {
+        FrameValues::of(&loaded.mesh, estimator).map_err(Failure::refused)
     })?;
     let known = values.of_vertex.as_slice().iter().flatten();
     let scale =
@@ -85,17 +138,16 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let results = Results {
         integrals: values.integrals(&loaded.mesh),
-        estimator: if values.fit.is_some() { "fit" } else { "ball" },
+        estimator: match estimator {
+            FrameEstimator::Auto { .. } => "auto",
+            FrameEstimator::Fit(_) => "fit",
+            FrameEstimator::Ball { .. } => "ball",
+            _ => "corrected",
+        },
         settings: values.fit.map_or(Settings::Ball { radius: values.radius }, Settings::Fit),
         radius: values.radius,
         radius_reduced: values.radius_reduced,
-        rings: values.fit.map(|fit| fit.rings),
-        vertices_without_curvature: loaded
-            .mesh
-            .topology()
-            .vertices()
-            .filter(|&v| values.of_vertex[v].is_none())
-            .count(),
+        found: Found::new(&values, &loaded.mesh),
         inside_out: Some(inside_out),
         quantity: quantity.to_string(),
         range: [scale.low, scale.high],
@@ -129,28 +181,51 @@ fn colored(
     let color =
         |v: &Option<FrameValue>| v.map_or(UNKNOWN, |v| opaque(scale.color(v.quantity(quantity))));
     model.vertex_colors = Some(known.iter().map(color).collect());
-    if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
-        return model;
+    if has_numbers(format) {
+        for &quantity in Quantity::ALL.iter().filter(|q| !q.is_of_star()) {
+            let value = |v: &Option<FrameValue>| v.map_or(f64::NAN, |v| v.quantity(quantity));
+            set(&mut model, quantity.property(), known.iter().map(value).collect());
+        }
+        add_frames(&mut model, values);
     }
+    model
+}
+
+/// Whether a format can store named numbers.
+pub(super) fn has_numbers(format: Option<Format>) -> bool {
+    matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb))
+}
+
+/// Sets the numbers of this name.
+pub(super) fn set(model: &mut Model, name: &str, values: Vec<f64>) {
+    model.vertex_scalars.retain(|scalars| scalars.name != name);
+    model.vertex_scalars.push(Scalars::new(name, values));
+}
+
+/// Sets directions, errors and kinds.
+pub(super) fn add_frames(model: &mut Model, values: &FrameValues) {
+    let known = values.of_vertex.as_slice();
     let mut add = |name: &str, of: &dyn Fn(&FrameValue) -> f64| {
-        model.vertex_scalars.retain(|scalars| scalars.name != name);
-        let values: Vec<f64> = known.iter().map(|v| v.as_ref().map_or(0.0, of)).collect();
-        model.vertex_scalars.push(Scalars::new(name, values));
+        let values = known.iter().map(|v| v.as_ref().map_or(f64::NAN, of)).collect();
+        set(model, name, values);
     };
-    let pointwise = Quantity::ALL.iter().filter(|q| !q.is_of_star());
-    for &quantity in pointwise {
-        add(quantity.property(), &|v| v.quantity(quantity));
-    }
     for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
         add(&format!("k1_{letter}"), &|v| v.frame.direction_max[axis]);
         add(&format!("k2_{letter}"), &|v| v.frame.direction_min[axis]);
     }
-    add(KNOWN, &|_| 1.0);
-    model
+    if values.fit.is_some() {
+        add(ERROR, &|v| v.error);
+    }
+    set(model, KNOWN, known.iter().map(|v| f64::from(u8::from(v.is_some()))).collect());
+    let code = |kind: &PointKind| {
+        let place = PointKind::ALL.iter().position(|other| other == kind);
+        place.unwrap_or_default() as f64
+    };
+    set(model, KIND, values.kinds.as_slice().iter().map(code).collect());
 }
 
 /// The colour of vertices without curvature.
-const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
+pub(super) const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 
 /// The colours of the directions of the larger and the smaller curvature.
 const DIRECTION_COLORS: [[f32; 4]; 2] = [[0.8, 0.15, 0.1, 1.0], [0.1, 0.25, 0.8, 1.0]];
@@ -162,7 +237,12 @@ fn arrows(mesh: &TriMesh, values: &FrameValues) -> Result<Model, Failure> {
     let mut soup = PolygonSoup::default();
     let mut colors = Vec::new();
     for v in mesh.topology().vertices() {
-        let Some(FrameValue { frame, .. }) = &values.of_vertex[v] else { continue };
+        // Umbilics have no directions.
+        let Some(FrameValue { frame, .. }) =
+            values.of_vertex[v].as_ref().filter(|v| v.frame.direction_max.is_finite())
+        else {
+            continue;
+        };
         let center = mesh.position(v) + 0.05 * length * frame.normal;
         let [max, min] = [frame.direction_max, frame.direction_min];
         for ([along, across], color) in [[max, min], [min, max]].into_iter().zip(DIRECTION_COLORS) {
@@ -184,23 +264,29 @@ fn arrows(mesh: &TriMesh, values: &FrameValues) -> Result<Model, Failure> {
 
 fn summary(report: &Report<Results>) -> String {
     let found = &report.results;
-    let way = match (found.radius, found.rings) {
-        (Some(radius), _) => {
-            let reduced = if found.radius_reduced {
-                " (less than 4 mean edge lengths, because such balls contain more than 1,000 faces)"
-            } else {
-                ""
-            };
-            format!("averages over balls of radius {radius:.6}{reduced}")
+    let reduced = if found.radius_reduced {
+        " (less than 4 mean edge lengths, because such balls contain more than 1,000 faces)"
+    } else {
+        ""
+    };
+    let way = match (&found.settings, found.radius) {
+        (Settings::Ball { .. }, radius) => {
+            let normals = if found.estimator == "ball" { "" } else { " with interpolated normals" };
+            format!("averages over balls of radius {:.6}{reduced}{normals}", radius.unwrap_or(0.0))
         }
-        (None, rings) => format!("quadratic surfaces fitted to {} rings", rings.unwrap_or(0)),
+        (Settings::Fit(FitOptions { scale: FitScale::Rings(rings), .. }), _) => {
+            format!("quadratic surfaces fitted to {rings} rings")
+        }
+        (Settings::Fit(FitOptions { scale: FitScale::Radius(radius), .. }), _) => {
+            format!("surfaces fitted within a radius of {radius:.6}")
+        }
+        _ => "surfaces fitted to the nearest points".to_owned(),
     };
     format!(
-        "{}: {way}; integral of K {:.6}, of |H| {:.6}\n  {} of {} vertices have no curvature",
+        "{}: {way}; integral of K {:.6}, of |H| {:.6}\n  {}",
         report.subject(),
         found.integrals.integral_gaussian,
         found.integrals.integral_abs_mean,
-        found.vertices_without_curvature,
-        report.vertices,
+        found.found.line(report.vertices),
     )
 }

@@ -8,7 +8,7 @@ mod passing;
 mod vertex;
 
 use crate::batch::check_output;
-use crate::commands::curvature::options::EstimatorName;
+use crate::commands::curvature::options::{EstimatorName, Shown};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::session::{Outcome, Session};
@@ -28,8 +28,11 @@ fn one(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Fail
         return passing::run(options, task, console);
     }
     match options.estimate.estimator {
+        EstimatorName::Auto if options.estimate.shown == Shown::Mesh => {
+            vertex::run(options, task, console)
+        }
         EstimatorName::Vertex => vertex::run(options, task, console),
         EstimatorName::Face => face::run(options, task, console),
-        EstimatorName::Fit | EstimatorName::Ball => frame::run(options, task, console),
+        _ => frame::run(options, task, console),
     }
 }

@@ -55,22 +55,29 @@ pub(crate) struct Curvature {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Curvature")]
 pub(crate) struct Estimate {
-    /// `vertex`: from angles and dihedral angles; `face`: from normal sections through each face;
-    /// `fit`: of quadratic surfaces fitted to rings of neighbours; `ball`: averaged over balls
+    /// `auto`: of surfaces fitted at each vertex, at a scale that follows the noise of the mesh; sums, and quantities
+    /// of whole vertices, as `vertex`; `vertex`: from angles and dihedral angles, as in the papers; `face`: from normal
+    /// sections through each face; `fit`: of surfaces fitted to the nearest points; `ball`: averaged over balls;
+    /// `corrected`: averaged over balls, with normals interpolated between vertices
     #[arg(long, value_enum, default_value_t)]
     pub(crate) estimator: EstimatorName,
     /// With `face`: length of the sections to either side [default: 4 local edge lengths, different in each
-    /// direction; 4 mean edge lengths with `--preset paper`]. With `ball`: radius of the balls [default: 4 mean
-    /// edge lengths]
+    /// direction; 4 mean edge lengths with `--preset paper`]. With `ball` and `corrected`: radius of the balls
+    /// [default: 4 mean edge lengths]. With `fit`: radius within which points have similar weights [default: the
+    /// nearest points decide]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) radius: Option<Length>,
+    /// With `auto` and `fit`: standard deviation of the noise of vertices, from which the scale follows
+    /// [default: estimated from the mesh with `auto`, 0 with `fit`]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length, conflicts_with = "radius")]
+    pub(crate) noise: Option<Length>,
     /// With `face`: how curvature is read off the sections
     #[arg(long, value_enum, default_value_t)]
     pub(crate) preset: EstimatorPreset,
-    /// With `fit`: to how many rings of neighbours surfaces are fitted
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = |text: &str| parse_count(text, 1..=16))]
-    pub(crate) rings: usize,
-    /// With `fit` and `ball`: what is written, the coloured mesh or principal directions as thin
+    /// With `fit`: quadratic surfaces are fitted to this number of rings of neighbours, with equal weights
+    #[arg(long, value_name = "N", conflicts_with_all = ["radius", "noise"], value_parser = |text: &str| parse_count(text, 1..=16))]
+    pub(crate) rings: Option<usize>,
+    /// With all but `vertex` and `face`: what is written, the coloured mesh or principal directions as thin
     /// diamonds, red for the larger curvature, blue for the smaller
     #[arg(id = "as", long = "as", value_enum, default_value_t)]
     pub(crate) shown: Shown,
@@ -79,10 +86,12 @@ pub(crate) struct Estimate {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EstimatorName {
     #[default]
+    Auto,
     Vertex,
     Face,
     Fit,
     Ball,
+    Corrected,
 }
 
 /// What the output shows.
@@ -115,31 +124,29 @@ impl Curvature {
         if self.job.output.is_none() && !self.look.is_wanted() {
             given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
         }
-        match self.estimate.estimator {
-            EstimatorName::Vertex => {
-                given.refuse(&["radius"], "it is for --estimator face and ball")?;
-                given.refuse(&["preset"], "it is for --estimator face")?;
-                given.refuse(&["rings", "as"], "they are for --estimator fit and ball")
-            }
-            EstimatorName::Fit | EstimatorName::Ball => {
-                given.refuse(&["area"], "curvature is found pointwise")?;
-                given.refuse(&["preset"], "it is for --estimator face")?;
-                if self.estimate.estimator == EstimatorName::Fit {
-                    given.refuse(&["radius"], "--estimator fit takes --rings")?;
-                } else {
-                    given.refuse(&["rings"], "--estimator ball takes --radius")?;
-                }
-                if self.estimate.shown == Shown::Arrows {
-                    given.refuse(&COLOR_OPTIONS, "arrows have their own colours")?;
-                }
-                self.check_quantity()
-            }
-            EstimatorName::Face => {
-                given.refuse(&["area"], "curvature of faces is found pointwise")?;
-                given.refuse(&["rings", "as"], "they are for --estimator fit and ball")?;
-                self.check_quantity()
-            }
+        let estimator = self.estimate.estimator;
+        if estimator != EstimatorName::Face {
+            given.refuse(&["preset"], "it is for --estimator face")?;
         }
+        if estimator != EstimatorName::Fit {
+            given.refuse(&["rings"], "it is for --estimator fit")?;
+        }
+        if !matches!(estimator, EstimatorName::Auto | EstimatorName::Fit) {
+            given.refuse(&["noise"], "it is for --estimator auto and fit")?;
+        }
+        if matches!(estimator, EstimatorName::Auto | EstimatorName::Vertex) {
+            given.refuse(&["radius"], "it is for --estimator face, fit, ball and corrected")?;
+        } else {
+            given.refuse(&["area"], "curvature is found pointwise")?;
+            self.check_quantity()?;
+        }
+        if matches!(estimator, EstimatorName::Vertex | EstimatorName::Face) {
+            given.refuse(&["as"], "it is for --estimator auto, fit, ball and corrected")?;
+        }
+        if self.estimate.shown == Shown::Arrows {
+            given.refuse(&COLOR_OPTIONS, "arrows have their own colours")?;
+        }
+        Ok(())
     }
 
     /// Refuses a quantity that only the estimator `vertex` has.
@@ -147,7 +154,7 @@ impl Curvature {
         let quantity = self.quantity;
         if quantity.is_of_star() {
             return Err(Failure::usage(format!(
-                "{quantity} is defined by the star of a vertex; use --estimator vertex"
+                "{quantity} is defined by the star of a vertex; use --estimator auto or vertex"
             )));
         }
         Ok(())

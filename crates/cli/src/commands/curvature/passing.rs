@@ -7,7 +7,7 @@ use mesh_render::{Range, Scale, ScaleOptions, rank};
 use mesh_work::{Integrals, Quantity, VertexValues};
 use out_of_core::{Columns, VertexScalars};
 
-use crate::commands::curvature::options::{Curvature, EstimatorName};
+use crate::commands::curvature::options::{Curvature, EstimatorName, Shown};
 use crate::commands::curvature::vertex::{Results, done};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -23,8 +23,14 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         );
         Err(Failure::usage(message))
     };
-    if estimate.estimator != EstimatorName::Vertex {
-        return refuse("an estimator other than `vertex`");
+    match estimate.estimator {
+        EstimatorName::Vertex => {}
+        EstimatorName::Auto if estimate.noise.is_none() && estimate.shown == Shown::Mesh => {
+            console.message(
+                "with --memory, curvature is by --estimator vertex: fitted surfaces need the whole mesh",
+            );
+        }
+        _ => return refuse("an estimator other than `vertex`"),
     }
     if options.look.is_wanted() {
         return refuse("--view");
@@ -65,7 +71,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     let summary = disk_mesh.summary();
     let counts = [summary.vertices as usize, summary.triangles as usize];
     let integrals = Integrals::new(&totals, willmore);
-    let results = Results::new(options, integrals, &totals, None, &scale);
+    let results = Results::new(options, integrals, &totals, &scale);
     done(&task.report(console, counts, results, seconds), console)
 }
 

@@ -1,15 +1,17 @@
-//! `curvmesh curvature --estimator vertex`: discrete curvature of every vertex.
+//! `curvmesh curvature --estimator vertex`: discrete curvature of every vertex. And `auto`: the same sums and quantities
+//! of vertices, with pointwise quantities of fitted surfaces.
 
-use dcurv::{CurvatureOptions, Totals};
-use mesh_core::{Topology, VertexMap, parallel};
-use mesh_io::{Format, Model, Scalars};
+use dcurv::{CurvatureOptions, FitOptions, Totals};
+use mesh_core::{Topology, TriMesh, VertexMap, parallel};
+use mesh_io::{Format, Model};
 use mesh_render::Scale;
 use mesh_view::Page;
-use mesh_work::{Integrals, Loaded, Quantity, VertexValues};
+use mesh_work::{FrameValues, Integrals, Loaded, Quantity, VertexValues};
 use serde::Serialize;
 
 use crate::colormap::opaque;
-use crate::commands::curvature::options::Curvature;
+use crate::commands::curvature::frame::{Found, UNKNOWN, add_frames, estimator, has_numbers, set};
+use crate::commands::curvature::options::{Curvature, EstimatorName};
 use crate::commands::curvature::orientation::load;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -19,7 +21,10 @@ use crate::view::{self, name_of};
 
 #[derive(Serialize)]
 pub(super) struct Results {
-    settings: CurvatureOptions,
+    estimator: &'static str,
+    settings: Settings,
+    #[serde(flatten)]
+    found: Option<Found>,
     #[serde(flatten)]
     integrals: Integrals,
     /// Total absolute extrinsic curvature; absent out of core.
@@ -36,11 +41,48 @@ pub(super) struct Results {
     range: [f64; 2],
 }
 
+#[derive(Serialize)]
+struct Settings {
+    #[serde(flatten)]
+    vertex: CurvatureOptions,
+    #[serde(flatten)]
+    fit: Option<FitOptions>,
+}
+
+/// What the estimators found.
+struct Values {
+    vertex: VertexValues,
+    /// With `auto`.
+    frames: Option<FrameValues>,
+}
+
+impl Values {
+    fn of(options: &Curvature, mesh: &TriMesh) -> Result<Self, Failure> {
+        let vertex = VertexValues::of(mesh, options.area.into());
+        let is_auto = options.estimate.estimator == EstimatorName::Auto;
+        let frames = is_auto.then(|| {
+            let values = FrameValues::of(mesh, estimator(options, mesh)?);
+            values.map_err(Failure::refused)
+        });
+        Ok(Self { vertex, frames: frames.transpose()? })
+    }
+
+    /// A quantity of every vertex; NaN where it is unknown.
+    fn of_quantity(&self, quantity: Quantity) -> VertexMap<f64> {
+        match &self.frames {
+            Some(frames) if !quantity.is_of_star() => {
+                frames.of_vertex.map(|v| v.map_or(f64::NAN, |v| v.quantity(quantity)))
+            }
+            _ => self.vertex.of_quantity(quantity),
+        }
+    }
+}
+
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let (loaded, inside_out) = load(options, task, &mut seconds, console)?;
-    let values =
-        Seconds::time(&mut seconds.compute, || VertexValues::of(&loaded.mesh, options.area.into()));
+    let values = Seconds::time(&mut seconds.compute, || Values::of(options, &loaded.mesh))?;
+    let found = values.frames.as_ref().map(|frames| Found::new(frames, &loaded.mesh));
     let shown = values.of_quantity(options.quantity);
     let scale = scale(options, loaded.mesh.topology(), &shown);
     let counts = loaded.counts();
@@ -56,10 +98,18 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
-    let totals = values.curvatures.totals();
-    let extrinsic = Some(values.total_extrinsic());
-    let results = Results::new(options, values.integrals(), &totals, extrinsic, &scale);
-    let results = Results { inside_out: Some(inside_out), ..results };
+    let totals = values.vertex.curvatures.totals();
+    let results = Results::new(options, values.vertex.integrals(), &totals, &scale);
+    let mut results = Results {
+        extrinsic: Some(values.vertex.total_extrinsic()),
+        inside_out: Some(inside_out),
+        found,
+        ..results
+    };
+    if let Some(frames) = &values.frames {
+        results.estimator = "auto";
+        results.settings.fit = frames.fit;
+    }
     let report = task.report(console, counts, results, seconds);
     if let Some(page) = page {
         options.look.write(page, &report, console)?;
@@ -79,7 +129,7 @@ fn page(
     options: &Curvature,
     task: &Task,
     loaded: &Loaded,
-    values: &VertexValues,
+    values: &Values,
     shown: &VertexMap<f64>,
     scale: &Scale,
 ) -> Result<Page, Failure> {
@@ -88,54 +138,55 @@ fn page(
     let mut exhibit =
         view::content(&name_of(&task.input), &task.input, &model, &options.job.loading)?;
     exhibit.vertex_colors = None;
-    exhibit.directions = view::principal_directions(&loaded.mesh);
+    exhibit.directions = match &values.frames {
+        Some(frames) => view::directions(&frames.of_vertex.map(|v| v.as_ref().map(|v| v.frame))),
+        None => view::principal_directions(&loaded.mesh),
+    };
     Ok(options.page("curvature", "vertex", exhibit, scale))
 }
 
-/// The colours and their range; vertices without faces are ignored.
+/// The colours and their range; unknown values are ignored.
 fn scale(options: &Curvature, topology: &Topology, shown: &VertexMap<f64>) -> Scale {
-    let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
-    options.colors.scale(options.quantity.is_signed(), used.map(|v| shown[v]).collect())
+    let known = topology.vertices().map(|v| shown[v]).filter(|value| !value.is_nan());
+    options.colors.scale(options.quantity.is_signed(), known.collect())
 }
 
 /// The content of the output: the mesh, its colours, and every quantity as a named number if the format can store it.
 fn colored(
     mut model: Model,
     format: Option<Format>,
-    values: &VertexValues,
+    values: &Values,
     shown: &VertexMap<f64>,
     scale: &Scale,
 ) -> Model {
     let shown = shown.as_slice();
     let color = |value: f64| if value.is_nan() { UNKNOWN } else { opaque(scale.color(value)) };
     model.vertex_colors = Some(parallel::collect(shown.len(), |i| color(shown[i])));
-    if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
-        return model;
-    }
-    for &quantity in Quantity::ALL {
-        let name = quantity.property();
-        model.vertex_scalars.retain(|scalars| scalars.name != name);
-        let values = values.of_quantity(quantity).into_vec();
-        model.vertex_scalars.push(Scalars::new(name, values));
+    if has_numbers(format) {
+        for &quantity in Quantity::ALL {
+            set(&mut model, quantity.property(), values.of_quantity(quantity).into_vec());
+        }
+        if let Some(frames) = &values.frames {
+            add_frames(&mut model, frames);
+        }
     }
     model
 }
-
-/// The colour of a vertex without curvature.
-const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 
 impl Results {
     pub(super) fn new(
         options: &Curvature,
         integrals: Integrals,
         totals: &Totals,
-        extrinsic: Option<f64>,
         scale: &Scale,
     ) -> Self {
+        let vertex = CurvatureOptions { area: options.area.into() };
         Self {
-            settings: CurvatureOptions { area: options.area.into() },
+            estimator: "vertex",
+            settings: Settings { vertex, fit: None },
+            found: None,
             integrals,
-            extrinsic,
+            extrinsic: None,
             norm_l1: totals.norm_l1,
             norm_l2_squared: totals.norm_l2_squared,
             clamped_vertices: totals.clamped,
@@ -152,7 +203,11 @@ fn summary(report: &Report<Results>) -> String {
         &report.results.integrals;
     let (file, clamped, vertices) =
         (report.subject(), report.results.clamped_vertices, report.vertices);
-    format!(
+    let mut text = format!(
         "{file}: integral of K {integral_gaussian:.6}, integral of |H| {integral_abs_mean:.6}\n  F1 {f1:.6}, F2 {f2:.6}, F3 {f3:.6}, Willmore {willmore:.6}\n  {clamped} of {vertices} vertices have H² < K"
-    )
+    );
+    if let Some(found) = &report.results.found {
+        text += &format!("\n  fitted surfaces: {}", found.line(vertices));
+    }
+    text
 }

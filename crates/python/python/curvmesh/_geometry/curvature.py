@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import _core
 from .._call import Progress, calling, plain
 from .._options import checked
@@ -12,7 +14,6 @@ from .files import as_mesh
 from .mesh import Mesh
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from .._options import Area, Estimator, Length, On, Sections
@@ -32,16 +33,18 @@ class Curvature:
     mesh : Mesh
         The mesh that the values belong to: with ``"face"``, the triangles that polygons are cut into.
     estimator : str
-        ``"vertex"``, ``"face"``, ``"fit"`` or ``"ball"``.
+        ``"auto"``, ``"vertex"``, ``"face"``, ``"fit"``, ``"ball"`` or ``"corrected"``.
     on : str
         ``"vertex"`` or ``"face"``.
     totals : dict
         Integrals over the mesh: ``gaussian``, ``abs_gaussian``, ``mean``, ``abs_mean``, the costs
-        ``f1``, ``f2`` and ``f3`` of Dyn, Hormann, Kim, Levin 2001, and ``willmore``; with ``"vertex"``
-        also ``extrinsic`` (the total absolute extrinsic curvature of Alboul and van Damme), the norms
+        ``f1``, ``f2`` and ``f3`` of Dyn, Hormann, Kim, Levin 2001, and ``willmore``; with ``"auto"`` and
+        ``"vertex"`` they are the exact sums of the formulas of the papers, and there are also ``extrinsic`` (the total absolute extrinsic curvature of Alboul and van Damme), the norms
         ``norm_l1`` and ``norm_l2_squared`` of Kim, Kim, Levin 2002, and counts.
     radius : float or None
         The radius of discs or balls, in model units.
+    noise : float or None
+        The standard deviation of noise that the scale follows, in model units (auto, and fit with `noise`).
     """
 
     def __init__(self, mesh: Mesh, estimator: Estimator, found: dict[str, Any]) -> None:
@@ -50,6 +53,9 @@ class Curvature:
         self.on: On = "face" if estimator == "face" else "vertex"
         self.totals: dict[str, float] = found.pop("totals")
         self.radius: float | None = found.pop("radius")
+        self.noise: float | None = found.pop("noise")
+        kinds = found.pop("kinds")
+        self._kinds: NDArray[np.str_] | None = None if kinds is None else np.array(kinds, dtype="<U8")
         self._directions: NDArray[np.float64] | None = found.pop("directions")
         self._normals: NDArray[np.float64] | None = found.pop("normals")
         self._found: dict[str, NDArray[Any]] = found
@@ -156,9 +162,24 @@ class Curvature:
         return self._found[name]
 
     @property
+    def error(self) -> NDArray[np.float64]:
+        """The predicted error of `k1` and `k2`, per model unit: on surfaces with known curvature, it bounds the error
+        at nine of ten vertices (auto, fit). NaN where it is unknown."""
+        return self._get("error")
+
+    @property
+    def kind(self) -> NDArray[np.str_]:
+        """What is at each vertex: ``"regular"``, ``"umbilic"`` (`k1` and `k2` are equal within their error; no
+        directions), ``"crease"`` (a dihedral angle above 75°; with auto and fit no curvature), ``"boundary"`` or
+        ``"unknown"`` (auto, fit, ball, corrected)."""
+        if self._kinds is None:
+            raise AttributeError(f"the estimator {self.estimator!r} has no kind")
+        return self._kinds
+
+    @property
     def directions(self) -> NDArray[np.float64]:
-        """Unit tangents along which the normal curvature is `k1` and `k2`, shape (n, 2, 3), each up to sign.
-        With ``"vertex"`` they come from quadratic surfaces fitted to the neighbours (Cazals and Pouget 2005),
+        """Unit tangents along which the normal curvature is `k1` and `k2`, shape (n, 2, 3), each up to sign;
+        signs of neighbours agree where possible. NaN at umbilics. With ``"vertex"`` they come from quadratic surfaces fitted to the neighbours (Cazals and Pouget 2005),
         computed on first use."""
         if self._directions is None:
             self._directions = _core.principal_directions(plain(), self.mesh._data)
@@ -166,7 +187,7 @@ class Curvature:
 
     @property
     def normals(self) -> NDArray[np.float64]:
-        """Unit normals of the fitted surfaces, shape (n, 3) (face, fit, ball)."""
+        """Unit normals of the fitted surfaces, shape (n, 3) (auto, face, fit, ball, corrected)."""
         if self._normals is None:
             raise AttributeError(f"the estimator {self.estimator!r} has no normals")
         return self._normals
@@ -175,6 +196,8 @@ class Curvature:
         rows: list[tuple[str, object]] = [("estimator", self.estimator)]
         if self.radius is not None:
             rows.append(("radius", self.radius))
+        if self.noise is not None:
+            rows.append(("noise", self.noise))
         names = {
             "gaussian": "integral of K",
             "abs_gaussian": "integral of |K|",
@@ -198,11 +221,12 @@ class Curvature:
 def curvature(
     mesh: Any,
     *,
-    estimator: Estimator = "vertex",
+    estimator: Estimator = "auto",
     area: Area = "voronoi",
     radius: Length | None = None,
+    noise: Length | None = None,
     relative: bool = False,
-    rings: int = 2,
+    rings: int | None = None,
     preset: Sections = "robust",
     progress: Progress = None,
     threads: int | None = None,
@@ -214,21 +238,26 @@ def curvature(
     mesh : mesh-like
         See :func:`curvmesh.as_mesh`; an oriented manifold, with or without boundaries.
     estimator : str
-        ``"vertex"``: discrete curvature from angle defects and dihedral angles, with exact integrals;
-        ``"face"``: from normal sections through each face (Szilvási-Nagy 2010), for meshes with bad
-        triangles or noise; ``"fit"``: of quadratic surfaces fitted to rings of neighbours (Cazals and
-        Pouget 2005), which converges at every vertex; ``"ball"``: averaged over balls (Cohen-Steiner and
-        Morvan 2003).
+        ``"auto"``: of surfaces fitted at each vertex, at a scale that follows the noise of the mesh; sums, and
+        quantities of whole vertices, as ``"vertex"``; ``"vertex"``: discrete curvature from angle defects and
+        dihedral angles, as in the papers; ``"face"``: from normal sections through each face (Szilvási-Nagy 2010);
+        ``"fit"``: of surfaces fitted to the nearest points (Cazals and Pouget 2005), for meshes without noise;
+        ``"ball"``: averaged over balls (Cohen-Steiner and Morvan 2003); ``"corrected"``: averaged over balls, with
+        interpolated normals (Lachaud, Romon, Thibert and Coeurjolly 2020).
     area : str
-        With ``"vertex"``, the area of a vertex: ``"voronoi"`` or ``"barycentric"``, a third of every triangle.
+        With ``"auto"`` and ``"vertex"``, the area of a vertex: ``"voronoi"`` or ``"barycentric"``, a third of every triangle.
     radius : float or str, optional
         With ``"face"`` the length of sections to either side, by default four local edge lengths, or four mean
-        edge lengths with ``preset="paper"``. With ``"ball"`` the radius of the balls, by default four mean edge
-        lengths. In model units, or ``"1%"`` of the diagonal.
+        edge lengths with ``preset="paper"``. With ``"ball"`` and ``"corrected"`` the radius of the balls, by default
+        four mean edge lengths. With ``"fit"`` the radius within which points have similar weights. In model units,
+        or ``"1%"`` of the diagonal.
+    noise : float or str, optional
+        With ``"auto"`` and ``"fit"``, the standard deviation of the noise of vertices. By default it is estimated with
+        ``"auto"``, and 0 with ``"fit"``.
     relative : bool
-        Whether a number for `radius` is a share of the diagonal of the bounding box.
-    rings : int
-        With ``"fit"``, the number of rings of neighbours that surfaces are fitted to.
+        Whether a number for `radius` or `noise` is a share of the diagonal of the bounding box.
+    rings : int, optional
+        With ``"fit"``: quadratic surfaces are fitted to this number of rings of neighbours, with equal weights.
     preset : str
         With ``"face"``: ``"robust"``, or ``"paper"`` as in the paper.
 
@@ -248,11 +277,13 @@ def curvature(
     >>> import curvmesh as cm
     >>> import numpy as np
     >>> k = cm.curvature(cm.shapes.sphere(5, radius=2.0))
-    >>> bool(abs(k.mean.mean() - 0.5) < 0.001), bool(abs(k.gaussian.mean() - 0.25) < 0.001)
+    >>> bool(abs(k.mean - 0.5).max() < 1e-9), bool(k.error.max() < 1e-6)
     (True, True)
+    >>> set(k.kind.tolist())
+    {'umbilic'}
     >>> round(k.totals["gaussian"] / np.pi, 9)
     4.0
-    >>> k = cm.curvature(cm.shapes.torus(), estimator="fit")
+    >>> k = cm.curvature(cm.shapes.torus())
     >>> k.directions.shape
     (864, 2, 3)
     """
@@ -266,6 +297,7 @@ def curvature(
             estimator=estimator,
             area=area,
             radius=radius,
+            noise=noise,
             relative=relative,
             rings=rings,
             preset=preset,

@@ -368,6 +368,7 @@ STEPS = {
             "estimator": _TEXT,
             "area": _TEXT,
             "radius": _LENGTH,
+            "noise": _LENGTH,
             "relative": _FLAG,
             "rings": _COUNT,
             "preset": _TEXT,
