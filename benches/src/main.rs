@@ -3,6 +3,7 @@
 //! This is a program, so unlike the libraries it prints. Benchmarks with criterion are in `criterion`.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod curvature_study;
 mod giant;
 mod instructions;
 mod peers;
@@ -34,6 +35,13 @@ enum Measurement {
     ///     cargo run --release -p benches -- limit-study --peer "other=other-program {in} {out} --faces {faces}"
     #[command(verbatim_doc_comment)]
     LimitStudy(limit_study::LimitStudy),
+    /// Measure estimates of curvature against exact values
+    ///
+    ///     cargo run --release -p benches -- curvature-study --quick
+    ///     cargo run --release -p benches -- curvature-study --peers
+    ///     cargo run --release -p benches -- curvature-study --surfaces pipe --samplings along25 --export meshes
+    #[command(verbatim_doc_comment)]
+    CurvatureStudy(curvature_study::CurvatureStudy),
     /// Measure our presets beside other programs: time, error, memory
     ///
     ///     cargo run --release -p benches --features meshopt -- peers --models meshes
@@ -61,6 +69,7 @@ fn main() -> ExitCode {
         Measurement::ConvexStudy(options) => convex_study::run(&options),
         Measurement::LimitStudy(options) => limit_study::run(&options),
         Measurement::ToleranceStudy(options) => tolerance_study::run(&options),
+        Measurement::CurvatureStudy(options) => curvature_study::run(&options),
         Measurement::Peers(options) => peers::run(&options),
         Measurement::PeerJob(options) => peers::run_job(&options),
         Measurement::Giant(options) => giant::run(&options),

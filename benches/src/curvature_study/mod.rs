@@ -1,0 +1,586 @@
+//! `cargo run --release -p benches -- curvature-study`: estimates of curvature against the truth.
+//!
+//! Surfaces with exact curvature are meshed in several ways, with and without noise. Every estimator of ours, and of
+//! other programs if wanted, estimates the principal curvatures of every vertex. Errors are relative to the mean of the
+//! larger absolute principal curvature over the mesh, at interior vertices: the larger one of both errors, its median
+//! and its 95th percentile. Positions are rounded to single precision.
+
+mod sampling;
+mod surfaces;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use curvpatch::{CurvatureEstimator, Params};
+use dcurv::{
+    CurvatureOptions, Curvatures, FitOptions, FitScale, FittedCurvature, PrincipalFrame,
+    ball_curvatures, corrected_curvatures, estimate_noise, fitted_curvatures,
+};
+use glam::DVec3;
+use mesh_core::{PolygonSoup, TriMesh, VertexId, VertexMap};
+use mesh_shapes::{add_normal_noise, mean_edge_length};
+use serde::{Deserialize, Serialize};
+use xtask_common::{Failure, Numbers, VirtualEnvironment, progress_bar};
+
+use sampling::{Sampled, Sampling, sample};
+use surfaces::{Exact, Surface};
+
+/// What is estimated, and by whom.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CurvatureStudy {
+    /// Which surfaces; all of them by default
+    #[arg(long, value_name = "SURFACE", value_delimiter = ',')]
+    surfaces: Vec<Surface>,
+    /// How they are meshed; in all ways by default
+    #[arg(long, value_name = "SAMPLING", value_delimiter = ',')]
+    samplings: Vec<Sampling>,
+    /// About how many vertices the meshes have
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "500,2000,8000")]
+    vertices: Vec<usize>,
+    /// Standard deviations of the noise along the normal, in mean edge lengths
+    #[arg(long, value_name = "SHARE", value_delimiter = ',', default_value = "0,0.002,0.01,0.05")]
+    noise: Vec<f64>,
+    /// Also run libigl, MeshLab, VTK and trimesh, as far as their Python packages can be installed into
+    /// OUT/environment
+    #[arg(long)]
+    peers: bool,
+    /// Write every mesh as PLY with its exact curvature to this folder
+    #[arg(long, value_name = "DIR")]
+    export: Option<PathBuf>,
+    /// 500 vertices, without noise and with noise of 0.01 only
+    #[arg(long, conflicts_with_all = ["vertices", "noise"])]
+    quick: bool,
+    /// The folder for the tables (curvature-study.txt) and the numbers (curvature-study.csv). What is in the numbers
+    /// already is not computed again
+    #[arg(long, value_name = "DIR", default_value = "target/curvature-study")]
+    out: PathBuf,
+}
+
+/// An estimator of ours. Lengths are in mean edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Ours {
+    Auto,
+    Vertex,
+    FitNearest,
+    Fit2Rings,
+    Fit3Edges,
+    Ball4Edges,
+    Corrected4Edges,
+    Face,
+}
+
+/// What a program says of a vertex. NaN where it says nothing.
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    principal: [f64; 2],
+    direction: DVec3,
+    normal: DVec3,
+    error: f64,
+}
+
+impl Estimate {
+    const UNKNOWN: Self = Self {
+        principal: [f64::NAN; 2],
+        direction: DVec3::NAN,
+        normal: DVec3::NAN,
+        error: f64::NAN,
+    };
+
+    fn of_frame(frame: &PrincipalFrame, error: f64) -> Self {
+        Self {
+            principal: [frame.k_max.value(), frame.k_min.value()],
+            direction: frame.direction_max,
+            normal: frame.normal,
+            error,
+        }
+    }
+}
+
+/// One line of the study. Errors of curvatures are relative, angles in degrees.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Row {
+    pub(crate) surface: String,
+    pub(crate) sampling: String,
+    pub(crate) vertices: usize,
+    pub(crate) noise: f64,
+    pub(crate) program: String,
+    /// Errors of the principal curvatures: the median and the 95th percentile.
+    pub(crate) k_median: f64,
+    pub(crate) k_95: f64,
+    /// Errors of the mean and of the Gaussian curvature.
+    pub(crate) mean_median: f64,
+    pub(crate) gaussian_median: f64,
+    /// Angle to the exact direction of the larger curvature where the curvatures differ; NaN if not estimated.
+    pub(crate) direction_median: f64,
+    pub(crate) normal_median: f64,
+    /// Share of vertices without an estimate.
+    pub(crate) unknown: f64,
+    /// Share of vertices whose error is within the predicted one; NaN without predictions.
+    pub(crate) within: f64,
+    pub(crate) seconds: f64,
+}
+
+type Key = (String, String, usize, String, String);
+
+impl Row {
+    fn key(&self) -> Key {
+        let Self { surface, sampling, vertices, noise, program, .. } = self;
+        (surface.clone(), sampling.clone(), *vertices, noise.to_string(), program.clone())
+    }
+
+    /// The mesh, without the program.
+    fn cell(&self) -> (String, String, usize, String) {
+        let (surface, sampling, vertices, noise, _) = self.key();
+        (surface, sampling, vertices, noise)
+    }
+
+    fn is_ours(&self) -> bool {
+        Ours::value_variants().iter().any(|ours| ours.name() == self.program)
+    }
+}
+
+/// A mesh with the truth at its vertices.
+struct Case {
+    mesh: TriMesh,
+    exact: Vec<Exact>,
+    edge: f64,
+}
+
+impl Case {
+    fn new(surface: Surface, sampled: Sampled, noise: f64) -> Result<(Self, PolygonSoup), Failure> {
+        let Sampled { mut soup, parameters } = sampled;
+        let exact = parameters.iter().map(|&at| surface.exact(at)).collect();
+        if noise > 0.0 {
+            add_normal_noise(&mut soup, noise, 7);
+        }
+        soup.positions_mut().iter_mut().for_each(|p| *p = p.as_vec3().as_dvec3());
+        let mesh = TriMesh::from_soup(&soup).map_err(Failure::mesh)?;
+        Ok((Self { mesh, exact, edge: mean_edge_length(&soup) }, soup))
+    }
+
+    /// The row of a program.
+    fn row(&self, key: Key, estimates: &[Estimate], seconds: f64) -> Row {
+        let topology = self.mesh.topology();
+        let larger = |exact: &Exact| exact.principal[0].abs().max(exact.principal[1].abs());
+        let scale = self.exact.iter().map(larger).sum::<f64>() / self.exact.len() as f64;
+        let mut errors: [Vec<f64>; 5] = Default::default();
+        let (mut unknown, mut predicted, mut within, mut count) = (0, 0, 0, 0);
+        for vertex in topology.vertices().filter(|&v| !topology.is_boundary_vertex(v)) {
+            let (estimate, exact) = (&estimates[vertex.index()], &self.exact[vertex.index()]);
+            count += 1;
+            let ([k1, k2], [e1, e2]) = (estimate.principal, exact.principal);
+            if k1.is_nan() || k2.is_nan() {
+                unknown += 1;
+                continue;
+            }
+            let error = (k1 - e1).abs().max((k2 - e2).abs());
+            errors[0].push(error / scale);
+            errors[1].push((0.5 * (k1 + k2) - 0.5 * (e1 + e2)).abs() / scale);
+            errors[2].push((k1 * k2 - e1 * e2).abs() / (scale * scale));
+            let angle = |a: DVec3, b: DVec3| a.cross(b).length().atan2(a.dot(b).abs()).to_degrees();
+            if e1 - e2 > 0.2 * scale && estimate.direction.is_finite() {
+                errors[3].push(angle(estimate.direction, exact.direction));
+            }
+            if estimate.normal.is_finite() {
+                errors[4].push(angle(estimate.normal, exact.normal));
+            }
+            if estimate.error.is_finite() {
+                predicted += 1;
+                within += usize::from(error <= estimate.error);
+            }
+        }
+        let rank = |values: &mut Vec<f64>, share: f64| {
+            if values.is_empty() {
+                return f64::NAN;
+            }
+            values.sort_by(f64::total_cmp);
+            values[((values.len() - 1) as f64 * share) as usize]
+        };
+        let (surface, sampling, vertices, noise, program) = key;
+        let share = |part: usize, all: usize| {
+            if all == 0 { f64::NAN } else { part as f64 / all as f64 }
+        };
+        let [k, mean, gaussian, direction, normal] = &mut errors;
+        Row {
+            surface,
+            sampling,
+            vertices,
+            noise: noise.parse().unwrap_or(f64::NAN),
+            program,
+            k_median: rank(k, 0.5),
+            k_95: rank(k, 0.95),
+            mean_median: rank(mean, 0.5),
+            gaussian_median: rank(gaussian, 0.5),
+            direction_median: rank(direction, 0.5),
+            normal_median: rank(normal, 0.5),
+            unknown: share(unknown, count),
+            within: share(within, predicted),
+            seconds,
+        }
+    }
+}
+
+impl Ours {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Vertex => "vertex",
+            Self::FitNearest => "fit",
+            Self::Fit2Rings => "fit, 2 rings",
+            Self::Fit3Edges => "fit, 3 edges",
+            Self::Ball4Edges => "ball, 4 edges",
+            Self::Corrected4Edges => "corrected, 4 edges",
+            Self::Face => "face",
+        }
+    }
+
+    fn estimate(self, case: &Case) -> Result<Vec<Estimate>, Failure> {
+        let Case { mesh, edge, .. } = case;
+        let fitted = |scale| {
+            let fits = fitted_curvatures(mesh, &FitOptions { scale, ..FitOptions::default() });
+            let of = |fit: &Option<FittedCurvature>| match fit {
+                Some(fit) => Estimate::of_frame(&fit.frame, fit.error.value()),
+                None => Estimate::UNKNOWN,
+            };
+            fits.as_slice().iter().map(of).collect()
+        };
+        let of_ball = |frame: Option<PrincipalFrame>| {
+            frame.map_or(Estimate::UNKNOWN, |frame| Estimate::of_frame(&frame, f64::NAN))
+        };
+        Ok(match self {
+            Self::Auto => fitted(FitScale::Noise(estimate_noise(mesh))),
+            Self::FitNearest => fitted(FitScale::Nearest),
+            Self::Fit2Rings => fitted(FitScale::Rings(2)),
+            Self::Fit3Edges => fitted(FitScale::Radius(3.0 * edge)),
+            Self::Vertex => {
+                let all = Curvatures::of(mesh, &CurvatureOptions::default());
+                let of = |v: VertexId| Estimate {
+                    principal: all[v].principal().map(dcurv::Pointwise::value),
+                    ..Estimate::UNKNOWN
+                };
+                mesh.topology().vertices().map(of).collect()
+            }
+            Self::Ball4Edges => {
+                let balls = ball_curvatures(mesh, 4.0 * edge).map_err(Failure::mesh)?;
+                balls.as_slice().iter().map(|ball| of_ball(ball.principal())).collect()
+            }
+            Self::Corrected4Edges => {
+                let balls = corrected_curvatures(mesh, 4.0 * edge).map_err(Failure::mesh)?;
+                balls.as_slice().iter().map(|ball| of_ball(ball.principal())).collect()
+            }
+            Self::Face => of_faces(mesh)?,
+        })
+    }
+}
+
+/// Means of the curvatures of the faces around each vertex.
+fn of_faces(mesh: &TriMesh) -> Result<Vec<Estimate>, Failure> {
+    let estimator = CurvatureEstimator::new(mesh, Params::default()).map_err(Failure::mesh)?;
+    let discs = estimator.all_faces(estimator.default_size()).map_err(Failure::mesh)?;
+    let mut sums: VertexMap<[f64; 3]> = mesh.topology().vertex_map([0.0; 3]);
+    for face in mesh.topology().faces() {
+        let Ok(disc) = &discs[face] else { continue };
+        for vertex in mesh.topology().face_vertices(face) {
+            let [k1, k2] = disc.curvatures;
+            for (sum, value) in sums[vertex].iter_mut().zip([k1, k2, 1.0]) {
+                *sum += value;
+            }
+        }
+    }
+    let of = |&[k1, k2, count]: &[f64; 3]| Estimate {
+        principal: [k1 / count, k2 / count],
+        ..Estimate::UNKNOWN
+    };
+    Ok(sums.as_slice().iter().map(of).collect())
+}
+
+/// Other programs, run by Python.
+struct Peers {
+    folder: PathBuf,
+    python: VirtualEnvironment,
+    names: Vec<String>,
+}
+
+impl Peers {
+    const PACKAGES: [&str; 6] =
+        ["numpy", "scipy", "libigl", "pymeshlab", "pyvista", "trimesh[easy]"];
+
+    fn prepare(folder: &Path) -> Result<Self, Failure> {
+        let script = folder.join("peers.py");
+        std::fs::write(&script, include_str!("peers.py")).map_err(Failure::writing(&script))?;
+        let python = VirtualEnvironment::make(&folder.join("environment"), "python3")?;
+        python.install_if_there(&Self::PACKAGES, "the study is without it");
+        let found = python.python().arg(&script).output().map_err(Failure::writing(&script))?;
+        let names = String::from_utf8_lossy(&found.stdout).lines().map(str::to_owned).collect();
+        Ok(Self { folder: folder.to_owned(), python, names })
+    }
+
+    /// The estimates of a program and its seconds. `None` if it fails.
+    ///
+    /// Some programs have the other sign; the sign with the smaller error counts.
+    fn estimate(&self, name: &str, case: &Case) -> Option<(Vec<Estimate>, f64)> {
+        let [vertices, faces, out] =
+            ["vertices.raw", "faces.raw", "out.raw"].map(|f| self.folder.join(f));
+        let topology = case.mesh.topology();
+        let numbers = case.mesh.positions().iter().flat_map(|p| p.to_array());
+        std::fs::write(&vertices, numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>()).ok()?;
+        let corners = topology.faces().flat_map(|face| topology.face_vertices(face));
+        let corners = corners.flat_map(|v| (v.index() as u32).to_le_bytes());
+        std::fs::write(&faces, corners.collect::<Vec<u8>>()).ok()?;
+        let mut command = self.python.python();
+        command.arg(self.folder.join("peers.py")).arg(name).args([&vertices, &faces, &out]);
+        let output = command.arg((3.0 * case.edge).to_string()).output().ok()?;
+        if !output.status.success() {
+            return None;
+        }
+        let seconds =
+            String::from_utf8_lossy(&output.stdout).trim().lines().last()?.parse().ok()?;
+        let bytes = std::fs::read(&out).ok()?;
+        let values: Vec<f64> = bytes
+            .chunks_exact(8)
+            .filter_map(|b| Some(f64::from_le_bytes(b.try_into().ok()?)))
+            .collect();
+        let signed = |sign: f64| -> Vec<Estimate> {
+            let of = |pair: &[f64]| {
+                let [a, b] = [0, 1].map(|i| sign * pair[i]);
+                Estimate { principal: [a.max(b), a.min(b)], ..Estimate::UNKNOWN }
+            };
+            values.chunks_exact(2).map(of).collect()
+        };
+        let error = |estimates: &[Estimate]| -> f64 {
+            let difference = |(estimate, exact): (&Estimate, &Exact)| {
+                let [a, b] = [0, 1].map(|i| (estimate.principal[i] - exact.principal[i]).abs());
+                if a.is_nan() || b.is_nan() { 0.0 } else { a.max(b).sqrt() }
+            };
+            estimates.iter().zip(&case.exact).map(difference).sum()
+        };
+        let [plus, minus] = [1.0, -1.0].map(signed);
+        if plus.len() != case.exact.len() {
+            return None;
+        }
+        let best = if error(&plus) <= error(&minus) { plus } else { minus };
+        Some((best, seconds))
+    }
+}
+
+/// Runs the rows that are missing in the file of numbers, and prints the tables.
+pub(crate) fn run(options: &CurvatureStudy) -> Result<(), Failure> {
+    std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
+    let path = options.out.join("curvature-study.csv");
+    let parse = |record: &csv::StringRecord| {
+        record.deserialize(Some(&csv::StringRecord::from(HEADER.to_vec()))).ok()
+    };
+    let (mut numbers, mut rows) = Numbers::open(path, &HEADER, parse)?;
+    let known: HashSet<Key> = rows.iter().map(Row::key).collect();
+    let peers = if options.peers { Some(Peers::prepare(&options.out)?) } else { None };
+    let or_all = |chosen: &[Surface]| {
+        if chosen.is_empty() { Surface::value_variants().to_vec() } else { chosen.to_vec() }
+    };
+    let samplings = if options.samplings.is_empty() {
+        Sampling::value_variants().to_vec()
+    } else {
+        options.samplings.clone()
+    };
+    let (sizes, levels) = if options.quick {
+        (vec![500], vec![0.0, 0.01])
+    } else {
+        (options.vertices.clone(), options.noise.clone())
+    };
+    let surfaces = or_all(&options.surfaces);
+    let bar = progress_bar(surfaces.len() * samplings.len() * sizes.len() * levels.len());
+    for &surface in &surfaces {
+        for &sampling in &samplings {
+            for &vertices in &sizes {
+                for &noise in &levels {
+                    bar.set_message(format!(
+                        "{} {} {vertices} {noise}",
+                        surface.name(),
+                        sampling.name()
+                    ));
+                    let (case, soup) =
+                        Case::new(surface, sample(surface, sampling, vertices)?, noise)?;
+                    let key = |program: &str| {
+                        let [surface, sampling] = [surface.name(), sampling.name()];
+                        (surface, sampling, vertices, noise.to_string(), program.to_owned())
+                    };
+                    if let Some(folder) = &options.export {
+                        let name = format!(
+                            "{}-{}-{vertices}-{noise}.ply",
+                            surface.name(),
+                            sampling.name()
+                        );
+                        export(&folder.join(name), soup, &case.exact)?;
+                    }
+                    for &ours in Ours::value_variants() {
+                        if known.contains(&key(ours.name())) {
+                            continue;
+                        }
+                        let start = Instant::now();
+                        let estimates = ours.estimate(&case)?;
+                        let seconds = start.elapsed().as_secs_f64();
+                        let row = case.row(key(ours.name()), &estimates, seconds);
+                        numbers.add_fields(&row)?;
+                        rows.push(row);
+                    }
+                    for name in peers.iter().flat_map(|peers| &peers.names) {
+                        let Some(peers) = peers.as_ref().filter(|_| !known.contains(&key(name)))
+                        else {
+                            continue;
+                        };
+                        let none = || (vec![Estimate::UNKNOWN; case.exact.len()], f64::NAN);
+                        let (estimates, seconds) = peers.estimate(name, &case).unwrap_or_else(none);
+                        let row = case.row(key(name), &estimates, seconds);
+                        numbers.add_fields(&row)?;
+                        rows.push(row);
+                    }
+                    bar.inc(1);
+                }
+            }
+        }
+    }
+    bar.finish_and_clear();
+    let text = tables(&rows);
+    let path = options.out.join("curvature-study.txt");
+    std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
+    print!("{text}");
+    Ok(())
+}
+
+const HEADER: [&str; 14] = [
+    "surface",
+    "sampling",
+    "vertices",
+    "noise",
+    "program",
+    "k_median",
+    "k_95",
+    "mean_median",
+    "gaussian_median",
+    "direction_median",
+    "normal_median",
+    "unknown",
+    "within",
+    "seconds",
+];
+
+/// A mesh with its exact curvature as named numbers.
+fn export(path: &Path, soup: PolygonSoup, exact: &[Exact]) -> Result<(), Failure> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).map_err(Failure::writing(folder))?;
+    }
+    let mut model = mesh_io::Model { soup, ..mesh_io::Model::default() };
+    let mut add = |name: &str, of: &dyn Fn(&Exact) -> f64| {
+        let values: Vec<f64> = exact.iter().map(of).collect();
+        model.vertex_scalars.push(mesh_io::Scalars::new(name, values));
+    };
+    add("exact_k1", &|exact| exact.principal[0]);
+    add("exact_k2", &|exact| exact.principal[1]);
+    for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+        add(&format!("exact_direction_{letter}"), &|exact| exact.direction[axis]);
+        add(&format!("exact_normal_{letter}"), &|exact| exact.normal[axis]);
+    }
+    let options = mesh_io::WriteOptions::default();
+    mesh_io::write(path, &model, &options).map(drop).map_err(Failure::mesh)
+}
+
+/// Errors below this value count as this value, so that exact results do not decide means of logarithms.
+const FLOOR: f64 = 1e-5;
+
+/// Geometric means of errors by program and noise, and the cells that other estimators win.
+#[must_use]
+pub(crate) fn tables(rows: &[Row]) -> String {
+    let mut levels: Vec<f64> = rows.iter().map(|row| row.noise).collect();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    let mut programs: Vec<&str> = Vec::new();
+    for row in rows {
+        if !programs.contains(&row.program.as_str()) {
+            programs.push(&row.program);
+        }
+    }
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
+    let heads = levels.iter().map(|noise| format!("noise {noise}: median, 95 %"));
+    let rest = ["unknown", "within", "vertices/s"].map(str::to_owned);
+    table.set_header(std::iter::once(String::new()).chain(heads).chain(rest));
+    for &program in &programs {
+        let of_program: Vec<&Row> = rows.iter().filter(|row| row.program == program).collect();
+        let mut cells = vec![program.to_owned()];
+        for &level in &levels {
+            let mean = |of: fn(&Row) -> f64| {
+                let errors: Vec<f64> = of_program
+                    .iter()
+                    .filter(|row| row.noise == level)
+                    .map(|row| of(row))
+                    .filter(|error| error.is_finite())
+                    .map(|error| error.max(FLOOR).ln())
+                    .collect();
+                100.0 * (errors.iter().sum::<f64>() / errors.len() as f64).exp()
+            };
+            cells.push(format!("{:.3} % {:.3} %", mean(|row| row.k_median), mean(|row| row.k_95)));
+        }
+        let mean = |of: fn(&Row) -> f64| {
+            let values: Vec<f64> =
+                of_program.iter().map(|row| of(row)).filter(|value| value.is_finite()).collect();
+            values.iter().sum::<f64>() / values.len() as f64
+        };
+        cells.push(format!("{:.1} %", 100.0 * mean(|row| row.unknown)));
+        let within = mean(|row| row.within);
+        cells.push(if within.is_nan() {
+            String::new()
+        } else {
+            format!("{:.1} %", 100.0 * within)
+        });
+        cells.push(format!("{:.0}", mean(|row| row.vertices as f64 / row.seconds)));
+        table.add_row(cells);
+    }
+    format!("{table}\n\n{}", comparisons(rows))
+}
+
+/// In how many cells `auto` is near the best of ours, and the best of ours ahead of all other programs.
+fn comparisons(rows: &[Row]) -> String {
+    let mut cells: Vec<_> = rows.iter().map(Row::cell).collect();
+    cells.sort();
+    cells.dedup();
+    let (mut near, mut ahead, mut with_peers) = (0, 0, 0);
+    let mut lost = String::new();
+    for cell in &cells {
+        let of_cell = || rows.iter().filter(|row| row.cell() == *cell && row.k_median.is_finite());
+        let least = |ours: bool| {
+            let of_kind = of_cell().filter(|row| row.is_ours() == ours);
+            of_kind.min_by(|a, b| a.k_median.total_cmp(&b.k_median))
+        };
+        let Some(ours) = least(true) else { continue };
+        let auto = of_cell().find(|row| row.program == Ours::Auto.name());
+        near += usize::from(
+            auto.is_some_and(|auto| auto.k_median.max(FLOOR) <= 1.3 * ours.k_median.max(FLOOR)),
+        );
+        if let Some(peer) = least(false) {
+            with_peers += 1;
+            if ours.k_median.max(FLOOR) <= peer.k_median.max(FLOOR) {
+                ahead += 1;
+            } else {
+                let (surface, sampling, vertices, noise) = cell;
+                lost += &format!(
+                    "  {surface}, {sampling}, {vertices} vertices, noise {noise}: {} {:.3} %, ours {} {:.3} %\n",
+                    peer.program,
+                    100.0 * peer.k_median,
+                    ours.program,
+                    100.0 * ours.k_median
+                );
+            }
+        }
+    }
+    let mut text = format!(
+        "`auto` is within 1.3 of the best estimator of ours in {near} of {} cells (median error).\n",
+        cells.len()
+    );
+    if with_peers > 0 {
+        text += &format!(
+            "The best of ours is at most the best of the others in {ahead} of {with_peers} cells. The others win:\n{lost}"
+        );
+    }
+    text
+}

@@ -1,0 +1,165 @@
+//! Meshes of parametric surfaces: regular, irregular, graded and stretched.
+
+use clap::ValueEnum;
+use mesh_core::{PolygonSoup, SplitMix64};
+
+use super::surfaces::Surface;
+use xtask_common::Failure;
+
+/// How a surface is meshed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
+pub(crate) enum Sampling {
+    /// A grid with edges of similar length in both directions.
+    Regular,
+    /// Moved vertices, random diagonals.
+    Irregular,
+    /// A vertex in every triangle: valences 3 and 12.
+    Split,
+    /// Sizes from 1 to 20.
+    Graded,
+    /// Edges along the first parameter five times longer.
+    Along5,
+    /// Twelve times longer.
+    Along12,
+    /// Twenty-five times longer.
+    Along25,
+    /// Fifty times longer.
+    Along50,
+    /// Edges along the second parameter twelve times longer.
+    Across12,
+}
+
+impl Sampling {
+    /// The name, as in the command line.
+    #[must_use]
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// How much longer edges along the first parameter are.
+    fn aspect(self) -> f64 {
+        match self {
+            Self::Along5 => 5.0,
+            Self::Along12 => 12.0,
+            Self::Along25 => 25.0,
+            Self::Along50 => 50.0,
+            Self::Across12 => 1.0 / 12.0,
+            _ => 1.0,
+        }
+    }
+}
+
+/// A mesh and the parameters of its vertices.
+pub(crate) struct Sampled {
+    pub(crate) soup: PolygonSoup,
+    pub(crate) parameters: Vec<[f64; 2]>,
+}
+
+/// The length of a surface along each parameter, through the middle.
+fn lengths(surface: Surface) -> [f64; 2] {
+    const STEPS: u32 = 200;
+    let [us, vs] = surface.ranges();
+    let at = |[low, high]: [f64; 2], i: u32| low + (high - low) * f64::from(i) / f64::from(STEPS);
+    let [u, v] = [us, vs].map(|[low, high]| 0.5 * (low + high));
+    let length = |point: &dyn Fn(u32) -> [f64; 2]| {
+        (0..STEPS).map(|i| surface.point(point(i)).distance(surface.point(point(i + 1)))).sum()
+    };
+    [length(&|i| [at(us, i), v]), length(&|i| [u, at(vs, i)])]
+}
+
+/// A mesh with about this number of vertices.
+pub(crate) fn sample(
+    surface: Surface,
+    sampling: Sampling,
+    vertices: usize,
+) -> Result<Sampled, Failure> {
+    const JITTER: f64 = 0.2;
+    let [length_u, length_v] = lengths(surface);
+    let is_split = sampling == Sampling::Split;
+    let cells = vertices as f64 / if is_split { 3.0 } else { 1.0 };
+    let ratio = length_u / (length_v * sampling.aspect());
+    let closed = surface.is_closed();
+    // At least eight cells around, four along an open direction.
+    let count =
+        |wanted: f64, is_closed: bool| (wanted.round() as usize).max(if is_closed { 8 } else { 4 });
+    let nu = count((cells * ratio).sqrt(), closed[0]);
+    let nv = count(cells / nu as f64, closed[1]);
+    let columns = if closed[0] { nu } else { nu + 1 };
+    let rows = if closed[1] { nv } else { nv + 1 };
+    let mut random = SplitMix64::new(5);
+    let is_irregular = sampling == Sampling::Irregular;
+    let mut places = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let mut place = [column as f64, row as f64];
+            if is_irregular {
+                let shift = [random.symmetric(), random.symmetric()].map(|s| JITTER * s);
+                let is_border = [
+                    !closed[0] && (column == 0 || column == nu),
+                    !closed[1] && (row == 0 || row == nv),
+                ];
+                for axis in 0..2 {
+                    if !is_border[axis] {
+                        place[axis] += shift[axis];
+                    }
+                }
+            }
+            places.push(place);
+        }
+    }
+    let mut triangles = Vec::new();
+    for row in 0..nv {
+        for column in 0..nu {
+            let at = |c: usize, r: usize| (r % rows) * columns + c % columns;
+            let [a, b] = [at(column, row), at(column + 1, row)];
+            let [d, c] = [at(column, row + 1), at(column + 1, row + 1)];
+            let is_first = !is_irregular || random.uniform() < 0.5;
+            triangles.extend(if is_first {
+                [[a, b, c], [a, c, d]]
+            } else {
+                [[a, b, d], [b, c, d]]
+            });
+        }
+    }
+    if is_split {
+        let period = [nu as f64, nv as f64];
+        for corners in core::mem::take(&mut triangles) {
+            let first = places[corners[0]];
+            let mut middle = [0.0; 2];
+            for corner in corners {
+                for axis in 0..2 {
+                    let mut place = places[corner][axis];
+                    // Over the seam of a closed direction.
+                    if closed[axis] && place - first[axis] < -0.5 * period[axis] {
+                        place += period[axis];
+                    }
+                    if closed[axis] && place - first[axis] > 0.5 * period[axis] {
+                        place -= period[axis];
+                    }
+                    middle[axis] += place / 3.0;
+                }
+            }
+            let new = places.len();
+            places.push(middle);
+            triangles.extend([0, 1, 2].map(|i| [corners[i], corners[(i + 1) % 3], new]));
+        }
+    }
+    let ranges = surface.ranges();
+    let grade = |t: f64| {
+        let rate = 20.0_f64.ln();
+        if sampling == Sampling::Graded { (t * rate).exp_m1() / rate.exp_m1() } else { t }
+    };
+    let parameter = |place: f64, count: usize, [low, high]: [f64; 2]| {
+        low + (high - low) * grade(place / count as f64)
+    };
+    let parameters: Vec<[f64; 2]> = places
+        .iter()
+        .map(|&[u, v]| [parameter(u, nu, ranges[0]), parameter(v, nv, ranges[1])])
+        .collect();
+    let mut soup = PolygonSoup::default();
+    parameters.iter().for_each(|&at| soup.push_vertex(surface.point(at)));
+    for corners in triangles {
+        soup.push_face(&corners.map(|corner| corner as u32)).map_err(Failure::mesh)?;
+    }
+    Ok(Sampled { soup, parameters })
+}
