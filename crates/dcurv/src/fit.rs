@@ -284,7 +284,7 @@ impl<'a> Fitter<'a> {
         let exact = best
             .and_then(|(found, tangent)| FittedCurvature::new(&found.fit, &tangent, found.error()));
         if let Some((found, _)) = best
-            && found.noise <= (0.3 * found.model_error()).max(1e-4 * found.size())
+            && found.noise <= (0.6 * found.model_error()).max(1e-4 * found.size())
         {
             return exact;
         }
@@ -301,7 +301,7 @@ impl<'a> Fitter<'a> {
     /// The choice among smoothing fits of growing radius and fits through the vertex.
     fn smoothed(&mut self, vertex: VertexId, noise: f64) -> Option<FittedCurvature> {
         /// The ratio of subsequent radii.
-        const STEP: f64 = 1.5;
+        const STEP: f64 = 1.7;
         let tangent = self.smooth_tangent(vertex, 0.0)?;
         self.fit_through_vertex(noise);
         let most = self.options.most_points;

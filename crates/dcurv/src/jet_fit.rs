@@ -231,25 +231,26 @@ impl JetSolver {
     ) {
         const LEAST_WEIGHT: f64 = 1e-7;
         let mut normal = [[0.0; COLUMNS]; COLUMNS];
-        let mut squared = [[0.0; COLUMNS]; COLUMNS];
         let vertex = HeightPoint { at: DVec2::ZERO, z: 0.0 };
-        let mut used = 0;
+        self.rows.clear();
+        self.weights.clear();
         for point in core::iter::once(&vertex).chain(points) {
             let relative = point.at.length_squared() / (radius * radius);
             let weight = (1.0 + relative.powi(POWER / 2)).recip();
-            if weight < LEAST_WEIGHT && used > MONOMIALS {
+            if weight < LEAST_WEIGHT && self.rows.len() > MONOMIALS {
                 break;
             }
-            used += 1;
             let row = row(point, radius);
-            for i in 0..COLUMNS {
-                let (w, ww) = (weight * row[i], weight * weight * row[i]);
-                for j in 0..COLUMNS {
-                    normal[i][j] += w * row[j];
-                    squared[i][j] += ww * row[j];
+            for (i, entries) in normal.iter_mut().enumerate().take(MONOMIALS) {
+                let weighted = weight * row[i];
+                for (entry, other) in entries[i..].iter_mut().zip(&row[i..]) {
+                    *entry += weighted * other;
                 }
             }
+            self.rows.push(row);
+            self.weights.push(weight);
         }
+        let used = self.rows.len();
         let Some(triangle) = cholesky(&normal) else { return };
         for (degree, count) in DEGREES {
             if triangle.rank < count || used < count + 2 {
@@ -259,12 +260,15 @@ impl JetSolver {
             for column in [3, 4, 5] {
                 let factor = second_derivative(column) / (triangle.lengths[column] * radius);
                 let influence = triangle.influence(count, column);
-                let solved = triangle.back_substituted(count, |k| influence[k]);
-                let of = |k: usize| solved[k] / triangle.lengths[k];
-                let mut variance = 0.0;
-                for (i, row) in squared.iter().enumerate().take(count) {
-                    variance += of(i) * (0..count).map(|j| row[j] * of(j)).sum::<f64>();
+                let mut solved = triangle.back_substituted(count, |k| influence[k]);
+                for (entry, length) in solved.iter_mut().zip(triangle.lengths) {
+                    *entry /= length;
                 }
+                let of_height = |(row, w): (&Row, &f64)| {
+                    w * (0..count).map(|k| row[k] * solved[k]).sum::<f64>()
+                };
+                let rows = self.rows.iter().zip(&self.weights);
+                let variance: f64 = rows.map(of_height).map(|l| l * l).sum();
                 noise_variance +=
                     multiplicity(column) * factor * factor * variance / (radius * radius);
             }

@@ -40,7 +40,8 @@ pub enum FrameEstimator {
 pub enum PointKind {
     /// Two principal curvatures and their directions.
     Regular,
-    /// The principal curvatures are equal within their error, so there are no principal directions.
+    /// The principal curvatures differ by less than a quarter of their error, about one standard deviation, so there are
+    /// no principal directions.
     Umbilic,
     /// The surface has an edge here: the dihedral angle is larger than [`PointKind::CREASE_ANGLE`]. A fitted surface
     /// has no curvature here.
@@ -270,7 +271,7 @@ fn kind(mesh: &TriMesh, vertex: VertexId, value: Option<&FrameValue>) -> PointKi
         PointKind::Crease
     } else if topology.is_boundary_vertex(vertex) {
         PointKind::Boundary
-    } else if k1 - k2 <= 2.0 * value.error {
+    } else if k1 - k2 <= 0.25 * value.error {
         PointKind::Umbilic
     } else {
         PointKind::Regular

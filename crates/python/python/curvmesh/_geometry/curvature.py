@@ -169,7 +169,7 @@ class Curvature:
 
     @property
     def kind(self) -> NDArray[np.str_]:
-        """What is at each vertex: ``"regular"``, ``"umbilic"`` (`k1` and `k2` are equal within their error; no
+        """What is at each vertex: ``"regular"``, ``"umbilic"`` (`k1` and `k2` differ by less than a quarter of their error; no
         directions), ``"crease"`` (a dihedral angle above 75°; with auto and fit no curvature), ``"boundary"`` or
         ``"unknown"`` (auto, fit, ball, corrected)."""
         if self._kinds is None:
