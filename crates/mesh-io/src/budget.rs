@@ -41,6 +41,18 @@ impl Budget {
         Ok(())
     }
 
+    fn limit(&self, size: u64) -> u64 {
+        let by_size =
+            || FLOOR.saturating_add(size.saturating_add(self.others).saturating_mul(PER_BYTE));
+        self.limit.unwrap_or_else(by_size)
+    }
+
+    /// The memory that a file of this size may still use.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn left(&self, size: u64) -> u64 {
+        self.limit(size).saturating_sub(self.spent)
+    }
+
     /// Checks that memory is available which will be recorded as it is filled.
     pub(crate) fn require(
         &self,
@@ -48,10 +60,7 @@ impl Budget {
         size: u64,
         at: impl FnOnce() -> Location,
     ) -> Result<(), ReadErrorKind> {
-        let needed = self.spent.saturating_add(bytes);
-        let by_size =
-            || FLOOR.saturating_add(size.saturating_add(self.others).saturating_mul(PER_BYTE));
-        let limit = self.limit.unwrap_or_else(by_size);
+        let (needed, limit) = (self.spent.saturating_add(bytes), self.limit(size));
         if needed <= limit {
             return Ok(());
         }

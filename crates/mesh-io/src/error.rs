@@ -16,7 +16,9 @@ pub struct ReadError {
 }
 
 impl ReadError {
-    pub(crate) fn at_path(mut self, path: &Path) -> Self {
+    /// The error with the path of the file, if it has none.
+    #[must_use]
+    pub fn at_path(mut self, path: &Path) -> Self {
         self.path.get_or_insert_with(|| path.to_owned());
         self
     }
@@ -265,6 +267,12 @@ pub enum WriteError {
     /// The format cannot be written from a stream.
     #[error("{0} cannot be written as a stream; write PLY, STL or OBJ")]
     NoPassing(Format),
+    /// The format does not hold scenes.
+    #[error("{0} holds no scenes; write glTF or GLB")]
+    NoScene(Format),
+    /// New vertices of a scene do not fit the mesh that they are for.
+    #[error("{}", brief(.0))]
+    Scene(String),
     /// The format does not support levels of detail.
     #[error("{0} holds no levels of detail; write glTF or GLB, or a file for each level")]
     NoLevels(Format),

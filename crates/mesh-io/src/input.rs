@@ -65,6 +65,12 @@ impl<'a> Input<'a> {
         self.budget.require(bytes, self.size_so_far(), at)
     }
 
+    /// The memory that the content may still use.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn memory_left(&self) -> u64 {
+        self.budget.left(self.size_so_far())
+    }
+
     /// The known part of the length of the file.
     fn size_so_far(&self) -> u64 {
         let there = self.offset + (self.window.len() - self.start) as u64;

@@ -32,6 +32,8 @@ mod ply;
 mod read;
 mod scalars;
 mod scan;
+#[cfg(feature = "gltf")]
+mod scene;
 mod single;
 mod smoothing;
 mod stl;
@@ -53,6 +55,10 @@ pub use pictures::{Picture, PictureError, PictureOptions, Pictures};
 pub use read::{ReadOptions, read, read_from, read_with};
 pub use scalars::{ScalarType, ScalarValues, Scalars};
 pub use scan::{Scanned, scan, scan_from};
+#[cfg(feature = "gltf")]
+pub use scene::{
+    NewMesh, NewPrimitive, Scene, SceneDraw, SceneMesh, SceneNode, ScenePrimitive, VertexData,
+};
 pub use stl::StlColors;
 pub use text::printable;
 pub use to_model::ToModel;

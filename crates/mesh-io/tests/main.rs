@@ -1,5 +1,6 @@
 //! The tests of this crate, in one program, so that it is linked once.
 
+mod built_scene;
 mod companions;
 mod external;
 mod faults;
@@ -14,5 +15,6 @@ mod robustness;
 mod roundtrip;
 mod scalar_types;
 mod scan;
+mod scenes;
 mod serde;
 mod strangers;

@@ -3,7 +3,7 @@
 //! The tests share the allocator, so they run one after another.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
-use mesh_io::{Format, Model, ReadError, ReadErrorKind, ReadOptions, read_from, read_with};
+use mesh_io::{Format, Model, ReadError, ReadErrorKind, ReadOptions, Scene, read_from, read_with};
 use peak_alloc::PeakAlloc;
 use std::fmt::Write;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -42,7 +42,23 @@ fn within_as(bytes: &[u8], format: Option<Format>) -> Result<Model, ReadError> {
     let (result, peak) = measure(bytes, &ReadOptions { size: Some(bytes.len() as u64), ..unknown });
     eprintln!("{} bytes: {peak} of {}", bytes.len(), allowed(bytes.len()));
     assert!(peak <= allowed(bytes.len()), "{peak} for {} bytes", bytes.len());
+    if bytes.starts_with(b"glTF") || bytes.starts_with(b"{") {
+        scene_within(bytes);
+    }
     result
+}
+
+/// Reads a document as a scene, with all of its meshes, within the same memory.
+fn scene_within(bytes: &[u8]) {
+    MEMORY.reset_peak_usage();
+    let before = MEMORY.current_usage();
+    let options = ReadOptions { size: Some(bytes.len() as u64), ..ReadOptions::default() };
+    if let Ok(scene) = Scene::read_from(&mut &bytes[..], &options) {
+        let all: Vec<usize> = (0..scene.mesh_count()).collect();
+        let _content = (scene.draws(), scene.meshes(&all));
+    }
+    let peak = MEMORY.peak_usage() - before;
+    assert!(peak <= allowed(bytes.len()), "{peak} for a scene of {} bytes", bytes.len());
 }
 
 fn too_much(result: Result<Model, ReadError>) -> u64 {

@@ -3,23 +3,23 @@
 use super::schema::{Accessor, Root, Shape, SparsePart};
 use crate::error::{Location, ReadErrorKind};
 use crate::scalars::ScalarType;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// A document with the bytes of its buffers.
-pub(super) struct Document {
+pub(crate) struct Document {
     pub root: Root,
     pub buffers: Vec<Bytes>,
 }
 
 /// The bytes of a buffer: a prefix of a file, which several buffers may share.
 #[derive(Clone, Default)]
-pub(super) struct Bytes {
-    pub all: Rc<Vec<u8>>,
+pub(crate) struct Bytes {
+    pub all: Arc<Vec<u8>>,
     pub length: usize,
 }
 
 impl Bytes {
-    fn get(&self) -> &[u8] {
+    pub(crate) fn get(&self) -> &[u8] {
         self.all.get(..self.length).unwrap_or_default()
     }
 }
@@ -48,17 +48,17 @@ enum Kind {
     F32,
 }
 
-pub(super) fn at(path: &str) -> Location {
+pub(crate) fn at(path: &str) -> Location {
     Location::Json(path.to_owned())
 }
 
 /// The error of an index that is out of range.
-pub(super) fn no_such(path: &str, what: &str, index: u32, count: usize) -> ReadErrorKind {
+pub(crate) fn no_such(path: &str, what: &str, index: u32, count: usize) -> ReadErrorKind {
     ReadErrorKind::malformed(at(path), format!("one of {count} {what}"), index.to_string())
 }
 
 /// The element at an index.
-pub(super) fn item<'d, T>(
+pub(crate) fn item<'d, T>(
     all: &'d [T],
     index: u32,
     what: &str,
@@ -68,7 +68,7 @@ pub(super) fn item<'d, T>(
 }
 
 /// The values of an accessor, already checked to exist.
-pub(super) struct Values<'d> {
+pub(crate) struct Values<'d> {
     /// The path of the user of the accessor, for errors.
     path: &'d str,
     count: usize,
@@ -90,17 +90,17 @@ struct SparseValues<'d> {
 }
 
 impl Document {
-    pub(super) fn accessor(&self, index: u32, path: &str) -> Result<&Accessor, ReadErrorKind> {
+    pub(crate) fn accessor(&self, index: u32, path: &str) -> Result<&Accessor, ReadErrorKind> {
         item(&self.root.accessors, index, "accessors", path)
     }
 
     /// The number of values of an accessor.
-    pub(super) fn count(&self, index: u32, path: &str) -> Result<u64, ReadErrorKind> {
+    pub(crate) fn count(&self, index: u32, path: &str) -> Result<u64, ReadErrorKind> {
         Ok(self.accessor(index, path)?.count)
     }
 
     /// The bytes of a view, and the stride of its values if given.
-    pub(super) fn view(
+    pub(crate) fn view(
         &self,
         index: u32,
         path: &str,
@@ -131,7 +131,7 @@ impl Document {
     }
 
     /// The number of components of the values of an accessor.
-    pub(super) fn width(&self, index: u32, path: &str) -> Result<usize, ReadErrorKind> {
+    pub(crate) fn width(&self, index: u32, path: &str) -> Result<usize, ReadErrorKind> {
         Ok(width(self.accessor(index, path)?.shape))
     }
 
@@ -139,7 +139,7 @@ impl Document {
     ///
     /// The time does not depend on the number of values, because values are requested before it is known whether the
     /// mesh fits into memory.
-    pub(super) fn values<'d>(
+    pub(crate) fn values<'d>(
         &'d self,
         index: u32,
         path: &'d str,
@@ -178,7 +178,7 @@ impl Document {
     }
 
     /// The values of an accessor of indices.
-    pub(super) fn indices(&self, index: u32, path: &str) -> Result<Vec<u32>, ReadErrorKind> {
+    pub(crate) fn indices(&self, index: u32, path: &str) -> Result<Vec<u32>, ReadErrorKind> {
         let values = self.values(index, path, 1..=1)?;
         if !matches!(values.kind, Kind::U8 | Kind::U16 | Kind::U32) {
             let found = format!("{:?}", values.kind);
@@ -218,18 +218,18 @@ impl Document {
 }
 
 impl Values<'_> {
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.count
     }
 
     /// Whether no buffer defines the values.
-    pub(super) fn is_nothing(&self) -> bool {
+    pub(crate) fn is_nothing(&self) -> bool {
         self.source.is_none() && self.sparse.is_none() && self.count > 0
     }
 
     /// Calls `put` with the index and the components of every value, normalised if the accessor says so; `fill`
     /// replaces missing components.
-    pub(super) fn each<const N: usize>(
+    pub(crate) fn each<const N: usize>(
         &self,
         fill: f32,
         mut put: impl FnMut(usize, [f32; N]),
@@ -244,9 +244,13 @@ impl Values<'_> {
     }
 
     /// The type of the numbers in the file; floating point if they are normalised.
-    pub(super) fn scalar_type(&self) -> ScalarType {
+    pub(crate) fn scalar_type(&self) -> ScalarType {
+        if self.normalized { ScalarType::F32 } else { self.component() }
+    }
+
+    /// The type of the components in the file.
+    pub(crate) fn component(&self) -> ScalarType {
         match self.kind {
-            _ if self.normalized => ScalarType::F32,
             Kind::I8 => ScalarType::I8,
             Kind::U8 => ScalarType::U8,
             Kind::I16 => ScalarType::I16,
@@ -256,26 +260,68 @@ impl Values<'_> {
         }
     }
 
+    /// Whether integers stand for 0 to 1, or -1 to 1.
+    pub(crate) fn is_normalized(&self) -> bool {
+        self.normalized
+    }
+
+    /// The bytes of all values, without gaps.
+    pub(crate) fn packed(&self) -> Result<Vec<u8>, ReadErrorKind> {
+        let length = self.length;
+        let mut bytes = vec![0; self.count * length];
+        self.each_bytes(|index, value| {
+            if let Some(slot) = bytes.get_mut(index * length..(index + 1) * length) {
+                slot.copy_from_slice(value);
+            }
+        })?;
+        Ok(bytes)
+    }
+
+    /// The first value that is not finite, with its index.
+    pub(crate) fn find_not_finite(&self) -> Result<Option<(usize, f64)>, ReadErrorKind> {
+        let mut found = None;
+        if self.kind == Kind::F32 && !self.is_nothing() {
+            self.each_bytes(|index, bytes| {
+                let components = bytes.as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b));
+                if let Some(value) = components.into_iter().find(|value| !value.is_finite()) {
+                    found.get_or_insert((index, f64::from(value)));
+                }
+            })?;
+        }
+        Ok(found)
+    }
+
+    /// The largest index; `None` if there are none, or no buffer gives them.
+    pub(crate) fn largest_index(&self) -> Result<Option<u32>, ReadErrorKind> {
+        let mut largest = None;
+        if !self.is_nothing() {
+            self.each_bytes(|_, bytes| {
+                largest = largest.max(Some(decode(bytes, self.kind, false) as u32));
+            })?;
+        }
+        Ok(largest)
+    }
+
     /// Whether the values are plain integers.
-    pub(super) fn is_whole(&self) -> bool {
+    pub(crate) fn is_whole(&self) -> bool {
         self.scalar_type().is_integer()
     }
 
     /// The same values, with integers normalised to 0 to 1.
-    pub(super) fn normalized(self) -> Self {
+    pub(crate) fn normalized(self) -> Self {
         let normalized = self.normalized || self.is_whole();
         Self { normalized, ..self }
     }
 
     /// Calls `put` with the index and the first component of every value.
-    pub(super) fn each_number(&self, mut put: impl FnMut(usize, f64)) -> Result<(), ReadErrorKind> {
+    pub(crate) fn each_number(&self, mut put: impl FnMut(usize, f64)) -> Result<(), ReadErrorKind> {
         self.each_bytes(|index, bytes| {
             let component = bytes.get(..size(self.kind)).unwrap_or_default();
             put(index, decode(component, self.kind, self.normalized));
         })
     }
 
-    pub(super) fn to_vec<const N: usize>(&self, fill: f32) -> Result<Vec<[f32; N]>, ReadErrorKind> {
+    pub(crate) fn to_vec<const N: usize>(&self, fill: f32) -> Result<Vec<[f32; N]>, ReadErrorKind> {
         let mut values = vec![[fill; N]; self.count];
         self.each(fill, |index, value| {
             if let Some(slot) = values.get_mut(index) {

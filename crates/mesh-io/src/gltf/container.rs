@@ -12,12 +12,23 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::io::Read;
 use std::path::PathBuf;
-use std::rc::Rc;
+use std::sync::Arc;
 
-/// The JSON text and the binary chunk.
-pub(super) fn read(input: &mut Input<'_>) -> Result<(Vec<u8>, Option<Vec<u8>>), ReadErrorKind> {
+/// The parts of a container.
+#[derive(Default)]
+pub(crate) struct Container {
+    /// The JSON text.
+    pub json: Vec<u8>,
+    /// The binary chunk.
+    pub binary: Option<Vec<u8>>,
+    /// The number of chunks of other types.
+    pub other_chunks: u64,
+}
+
+/// The parts of a container, or the whole of a JSON file.
+pub(crate) fn read(input: &mut Input<'_>) -> Result<Container, ReadErrorKind> {
     if !input.peek(4)?.starts_with(b"glTF") {
-        return Ok((input.rest()?, None));
+        return Ok(Container { json: input.rest()?, ..Container::default() });
     }
     input.skip(4, "the header")?;
     let at = input.here();
@@ -31,7 +42,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<(Vec<u8>, Option<Vec<u8>>), 
     }
     // Chunks have their own lengths; the total length is not needed.
     input.skip(4, "the total length")?;
-    let (mut json, mut binary) = (None, None);
+    let (mut json, mut binary, mut other_chunks) = (None, None, 0);
     while !input.peek(1)?.is_empty() {
         let length = u64::from(u32::from_le_bytes(input.array("the length of a chunk")?));
         let at = input.here();
@@ -44,15 +55,18 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<(Vec<u8>, Option<Vec<u8>>), 
             b"BIN\0" if binary.is_none() => {
                 binary = Some(input.block(length, "the binary chunk")?);
             }
-            _ => input.skip(length, "a chunk")?,
+            _ => {
+                input.skip(length, "a chunk")?;
+                other_chunks += 1;
+            }
         }
     }
     let json = json.ok_or_else(|| input.too_short("a JSON chunk", 8))?;
-    Ok((json, binary))
+    Ok(Container { json, binary, other_chunks })
 }
 
 /// The bytes of all buffers.
-pub(super) fn buffers(
+pub(crate) fn buffers(
     root: &Root,
     mut binary: Option<Vec<u8>>,
     files: &Files<'_>,
@@ -67,12 +81,12 @@ pub(super) fn buffers(
                     let bytes = bytes
                         .map_err(|why| ReadErrorKind::malformed(at.clone(), "base64 data", why))?;
                     input.spend(bytes.len() as u64, || at.clone())?;
-                    Rc::new(bytes)
+                    Arc::new(bytes)
                 }
                 None => others.bytes(uri, input, &at)?,
             },
-            None if index == 0 => Rc::new(binary.take().unwrap_or_default()),
-            None => Rc::default(),
+            None if index == 0 => Arc::new(binary.take().unwrap_or_default()),
+            None => Arc::default(),
         };
         // A fallback buffer of compressed data may be missing until it is used.
         if all.is_empty() && buffer.extensions.meshopt().is_some() {
@@ -103,7 +117,7 @@ struct Others<'d> {
 struct OtherFile {
     path: PathBuf,
     length: u64,
-    bytes: Option<Rc<Vec<u8>>>,
+    bytes: Option<Arc<Vec<u8>>>,
 }
 
 impl<'d> Others<'d> {
@@ -142,11 +156,11 @@ impl<'d> Others<'d> {
         uri: &str,
         input: &mut Input<'_>,
         at: &Location,
-    ) -> Result<Rc<Vec<u8>>, ReadErrorKind> {
+    ) -> Result<Arc<Vec<u8>>, ReadErrorKind> {
         let file = self.names.get(uri).and_then(|&file| self.files.get_mut(file));
-        let Some(OtherFile { path, length, bytes }) = file else { return Ok(Rc::default()) };
+        let Some(OtherFile { path, length, bytes }) = file else { return Ok(Arc::default()) };
         if let Some(bytes) = bytes {
-            return Ok(Rc::clone(bytes));
+            return Ok(Arc::clone(bytes));
         }
         let (file, size) = open(path).map_err(|reason| missing(uri, reason, at))?;
         let wanted = size.min(*length);
@@ -155,8 +169,8 @@ impl<'d> Others<'d> {
         let mut all = Vec::with_capacity(wanted as usize);
         let read = file.take(wanted).read_to_end(&mut all);
         read.map_err(|error| missing(uri, error.to_string(), at))?;
-        let all = Rc::new(all);
-        *bytes = Some(Rc::clone(&all));
+        let all = Arc::new(all);
+        *bytes = Some(Arc::clone(&all));
         Ok(all)
     }
 }
@@ -172,7 +186,7 @@ fn data_uri_parts(uri: &str) -> Option<(&str, &str)> {
 }
 
 /// The media type and the bytes of a data URI, if this is one with a known encoding.
-pub(super) fn data_uri(uri: &str) -> Option<(String, Result<Vec<u8>, String>)> {
+pub(crate) fn data_uri(uri: &str) -> Option<(String, Result<Vec<u8>, String>)> {
     let (head, data) = data_uri_parts(uri)?;
     match head.strip_suffix(";base64") {
         Some(media_type) => {

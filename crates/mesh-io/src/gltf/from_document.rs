@@ -7,7 +7,7 @@ use crate::error::{ReadError, ReadErrorKind};
 use crate::input::Input;
 use crate::model::Model;
 use std::ops::Deref;
-use std::rc::Rc;
+use std::sync::Arc;
 
 impl Model {
     /// The model of a document that the crate `gltf` has loaded, with the bytes of its buffers in the order
@@ -42,7 +42,7 @@ impl Model {
         let bytes = |buffer: &B| {
             let all: &[u8] = (**buffer).as_ref();
             let all = all.to_vec();
-            Bytes { length: all.len(), all: Rc::new(all) }
+            Bytes { length: all.len(), all: Arc::new(all) }
         };
         let buffers = buffers.iter().map(bytes).collect();
         let mut nothing: &[u8] = &[];

@@ -82,7 +82,7 @@ fn attributes(root: &Root, notes: &mut Notes) {
     let mut counts = std::collections::BTreeMap::<&str, u64>::new();
     let mut targets = 0;
     for primitive in root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
-        targets += u64::from(primitive.targets);
+        targets += u64::from(!primitive.targets.is_empty());
         for (name, accessor) in primitive.attributes.iter() {
             let is_read = match name {
                 "POSITION" | "NORMAL" | "COLOR_0" => true,

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 /// Reads the materials and images of a document; unreadable parts are noted. Returns, for every material, the texture
 /// that its texture coordinates belong to.
-pub(super) fn read(
+pub(crate) fn read(
     document: &Document,
     model: &mut Model,
     notes: &mut Notes,
@@ -31,6 +31,15 @@ pub(super) fn read(
         textures.push(texture);
     }
     Ok(textures)
+}
+
+/// The texture of the base colour, or the diffuse texture of a material without the usual model.
+pub(crate) fn base_texture(material: &schema::Material) -> Option<TextureInfo> {
+    match (&material.pbr_metallic_roughness, &material.extensions.specular_glossiness) {
+        (Some(pbr), _) => pbr.base_color_texture.clone(),
+        (None, Some(other)) => other.diffuse_texture.clone(),
+        (None, None) => None,
+    }
 }
 
 /// Reads the images, and returns the index in the model for each image of the document. Images with the same bytes of a
@@ -109,13 +118,13 @@ fn read_material(
     let path = format!("materials[{index}]");
     let default = schema::Pbr::default();
     let pbr = material.pbr_metallic_roughness.as_deref().unwrap_or(&default);
-    let (mut color, mut texture) = (pbr.base_color_factor, pbr.base_color_texture.clone());
+    let (mut color, texture) = (pbr.base_color_factor, base_texture(material));
     if let Some(other) = &material.extensions.specular_glossiness {
         let why = "only the diffuse colour and texture are kept";
         notes.lose(Lost::new(format!("{path}: its specular-glossiness"), why));
         // If the other model is also present, as a fallback for readers without the extension, it takes precedence.
         if material.pbr_metallic_roughness.is_none() {
-            (color, texture) = (other.diffuse_factor, other.diffuse_texture.clone());
+            color = other.diffuse_factor;
         }
     }
     let textures = [

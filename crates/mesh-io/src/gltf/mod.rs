@@ -4,17 +4,17 @@
 //! planned before any of it is read, so that its size is known. The writer uses the types of the `gltf` crate for
 //! documents, but not its accessors, which panic on indices and counts out of range.
 
-mod accessor;
-mod container;
+pub(crate) mod accessor;
+pub(crate) mod container;
 #[cfg(feature = "gltf-crate")]
 mod from_document;
 mod level;
 mod lost;
-mod material;
-mod plan;
-mod read;
-mod scene;
-mod schema;
+pub(crate) mod material;
+pub(crate) mod plan;
+pub(crate) mod read;
+pub(crate) mod scene;
+pub(crate) mod schema;
 mod wedges;
 mod write;
 

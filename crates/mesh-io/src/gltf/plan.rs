@@ -2,17 +2,18 @@
 
 use super::accessor::{Document, Values, at, item, no_such};
 use super::scene::{INSTANCE, Placed, each_placed, instance_count};
-use super::schema::{Attributes, Mesh, Primitive, TextureInfo, TextureTransform};
+use super::schema::{Attributes, Mesh, Node, Primitive, TextureInfo, TextureTransform};
 use crate::Group;
 use crate::error::ReadErrorKind;
 use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::numbering::Numbering;
 use crate::scalars::{ScalarType, ScalarValues, Scalars};
+use glam::DMat4;
 use std::collections::HashMap;
 
 /// The meshes of a scene, and the size of the resulting model.
-pub(super) struct Plan {
+pub(crate) struct Plan {
     /// The meshes that are drawn.
     pub meshes: Vec<Option<MeshPlan>>,
     /// The names of the named numbers of vertices.
@@ -32,7 +33,7 @@ pub(super) struct Plan {
 
 /// The parts of a mesh that are read.
 #[derive(Default)]
-pub(super) struct MeshPlan {
+pub(crate) struct MeshPlan {
     /// Primitives that have the same attributes share their vertices.
     pub sets: Vec<VertexSet>,
     pub parts: Vec<Part>,
@@ -47,7 +48,7 @@ pub(super) struct MeshPlan {
 }
 
 /// Vertices, given by the accessors of their attributes.
-pub(super) struct VertexSet {
+pub(crate) struct VertexSet {
     /// A primitive that uses them.
     pub primitive: usize,
     pub count: usize,
@@ -59,7 +60,7 @@ pub(super) struct VertexSet {
 }
 
 /// The accessor of a column of named numbers.
-pub(super) struct NamedAccessor {
+pub(crate) struct NamedAccessor {
     /// The number of the name.
     pub name: u32,
     pub accessor: u32,
@@ -67,33 +68,59 @@ pub(super) struct NamedAccessor {
 }
 
 /// The triangles of a primitive.
-pub(super) struct Part {
+pub(crate) struct Part {
     pub primitive: usize,
     pub set: usize,
+    pub faces: usize,
     /// The index of the texture coordinates of the mesh, and their transform.
     pub uvs: Option<(usize, TextureTransform)>,
     /// The indices of the texture coordinates for the further sets.
     pub more_uvs: Vec<usize>,
 }
 
-pub(super) const STRIP: u32 = 5;
-pub(super) const FAN: u32 = 6;
+pub(crate) const STRIP: u32 = 5;
+pub(crate) const FAN: u32 = 6;
+
+/// Whether primitives of this mode are triangles, not points or lines.
+pub(crate) fn is_surface(mode: u32) -> bool {
+    (4..=FAN).contains(&mode)
+}
 
 /// The path of a primitive in the document.
-pub(super) fn path_of(mesh: u32, primitive: usize) -> String {
+pub(crate) fn path_of(mesh: u32, primitive: usize) -> String {
     format!("meshes[{mesh}].primitives[{primitive}]")
 }
 
 impl Plan {
     /// Examines everything that the scene draws. `textures` is, for every material, the texture that its texture
     /// coordinates belong to.
-    pub(super) fn of(
+    pub(crate) fn of(
         document: &Document,
         textures: &[Option<TextureInfo>],
         notes: &mut Notes,
     ) -> Result<Self, ReadErrorKind> {
+        let mut plan = Self::empty(document);
+        each_placed(&document.root, |placed| plan.place(document, placed, textures, notes))?;
+        Ok(plan)
+    }
+
+    /// Examines one mesh, drawn once.
+    pub(crate) fn of_mesh(
+        document: &Document,
+        textures: &[Option<TextureInfo>],
+        mesh: u32,
+        notes: &mut Notes,
+    ) -> Result<Self, ReadErrorKind> {
+        let mut plan = Self::empty(document);
+        let node = Node::default();
+        let placed = Placed { index: 0, node: &node, mesh, transform: DMat4::IDENTITY };
+        plan.place(document, &placed, textures, notes)?;
+        Ok(plan)
+    }
+
+    fn empty(document: &Document) -> Self {
         let count = document.root.meshes.len();
-        let mut plan = Self {
+        Self {
             meshes: std::iter::repeat_with(|| None).take(count).collect(),
             scalars: Numbering::default(),
             vertices: 0,
@@ -105,13 +132,11 @@ impl Plan {
             has_materials: false,
             groups: 0,
             passing: 0,
-        };
-        each_placed(&document.root, |placed| plan.place(document, placed, textures, notes))?;
-        Ok(plan)
+        }
     }
 
     /// The bytes of the model, and of the reader in addition.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         let of = |there: bool, bytes: u64| if there { bytes } else { 0 };
         let scalars = 8 * self.scalars.names().len() as u64;
         let vertex = 24 + of(self.has_colors, 16) + scalars;
@@ -124,7 +149,7 @@ impl Plan {
 
     /// Columns for the named numbers of all vertices, in a type that holds the numbers of every mesh. Vertices without
     /// a number get NaN, which needs floating point.
-    pub(super) fn columns(&self, vertices: usize) -> Vec<Scalars> {
+    pub(crate) fn columns(&self, vertices: usize) -> Vec<Scalars> {
         let sets = || self.meshes.iter().flatten().flat_map(|mesh| &mesh.sets);
         let column = |(number, name): (u32, &String)| {
             let of_set = |set: &VertexSet| {
@@ -205,7 +230,7 @@ impl Planner<'_> {
         let mut most_indices = 0;
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let path = path_of(self.mesh, index);
-            if !(4..=6).contains(&primitive.mode) {
+            if !is_surface(primitive.mode) {
                 let why = "a model holds faces only";
                 self.notes.lose(Lost::new(format!("{path}: points or lines"), why));
                 continue;
@@ -249,7 +274,8 @@ impl Planner<'_> {
             plan.has_materials |= primitive.material.is_some();
             plan.faces = plan.faces.saturating_add(faces);
             most_indices = most_indices.max(indices);
-            plan.parts.push(Part { primitive: index, set, uvs, more_uvs });
+            let faces = faces as usize;
+            plan.parts.push(Part { primitive: index, set, faces, uvs, more_uvs });
         }
         plan.sets.shrink_to_fit();
         plan.parts.shrink_to_fit();
@@ -391,7 +417,11 @@ impl Planner<'_> {
 }
 
 /// Rejects values that exist only in compressed data.
-fn not_draco(primitive: &Primitive, values: &Values<'_>, path: &str) -> Result<(), ReadErrorKind> {
+pub(crate) fn not_draco(
+    primitive: &Primitive,
+    values: &Values<'_>,
+    path: &str,
+) -> Result<(), ReadErrorKind> {
     if !(primitive.extensions.draco && values.is_nothing()) {
         return Ok(());
     }

@@ -1,26 +1,25 @@
 //! Reading glTF.
 
 use super::accessor::{Bytes, Document, at, no_such};
+use super::container::{self, Container};
 use super::plan::{FAN, MeshPlan, Part, Plan, STRIP, VertexSet, path_of};
 use super::scene::{Placed, each_placed, transforms};
-use super::schema::{LARGEST, Mesh, Root, TextureTransform};
-use super::{container, lost, material};
+use super::schema::{LARGEST, Mesh, Node, Root, TextureTransform};
+use super::{lost, material};
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::external::Files;
 use crate::input::Input;
 use crate::notes::Notes;
 use crate::text::quote;
-use crate::{Group, Model};
+use crate::{Group, Material, Model};
 use glam::{DMat3, DMat4, DVec3};
 use mesh_core::PolygonSoup;
 use mesh_core::soup::TooManyCorners;
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
-    let (json, binary) = container::read(input)?;
-    // The lists of the document grow, and its strings are copied from the text.
-    let braces = json.iter().filter(|&&byte| byte == b'{').count() as u64;
-    input.spend(json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
+    let Container { json, binary, .. } = container::read(input)?;
+    input.spend(document_bytes(&json), || at("the document"))?;
     let root = parse(&json)?;
     drop(json);
     check_extensions(&root)?;
@@ -28,8 +27,14 @@ pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, Re
     read_root(root, buffers, input)
 }
 
+/// The memory of the document of a JSON text. Its lists grow, and its strings are copied from the text.
+pub(crate) fn document_bytes(json: &[u8]) -> u64 {
+    let braces = json.iter().filter(|&&byte| byte == b'{').count() as u64;
+    json.len() as u64 + GROWING * LARGEST * braces
+}
+
 /// The document in a JSON text.
-pub(super) fn parse(json: &[u8]) -> Result<Root, ReadErrorKind> {
+pub(crate) fn parse(json: &[u8]) -> Result<Root, ReadErrorKind> {
     serde_json::from_slice(json).map_err(|error| {
         let at = Location::Line(error.line() as u64);
         ReadErrorKind::malformed(at, "a glTF document", error.to_string())
@@ -57,8 +62,21 @@ pub(super) fn read_root(
     Ok(model)
 }
 
+/// The triangles of one mesh, in its own coordinates; the plan is of this mesh. `materials` is the number of materials.
+pub(crate) fn read_mesh(
+    document: &Document,
+    plan: &Plan,
+    mesh: u32,
+    materials: usize,
+) -> Result<Model, ReadErrorKind> {
+    let model = Model { materials: vec![Material::default(); materials], ..Model::default() };
+    let mut reader = Reader::new(document, plan, model)?;
+    reader.place(&Placed { index: 0, node: &Node::default(), mesh, transform: DMat4::IDENTITY })?;
+    Ok(reader.finish())
+}
+
 /// Extensions that affect only the appearance, or that are read here.
-fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
+pub(crate) fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
     const HARMLESS: [&str; 6] = [
         "KHR_mesh_quantization",
         "KHR_texture_transform",

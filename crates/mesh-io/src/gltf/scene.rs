@@ -9,7 +9,7 @@ use glam::{DMat4, DQuat, DVec3};
 const DEEPEST: usize = 1000;
 
 /// A mesh with the transform of a node.
-pub(super) struct Placed<'d> {
+pub(crate) struct Placed<'d> {
     pub index: usize,
     pub node: &'d Node,
     pub mesh: u32,
@@ -18,9 +18,20 @@ pub(super) struct Placed<'d> {
 
 /// Calls `visit` for all meshes of the default scene (or of the only scene, or of all root nodes), once for each
 /// reference by a node. The nodes must form a forest.
-pub(super) fn each_placed<'d>(
+pub(crate) fn each_placed<'d>(
     root: &'d Root,
     mut visit: impl FnMut(&Placed<'d>) -> Result<(), ReadErrorKind>,
+) -> Result<(), ReadErrorKind> {
+    each_node(root, |index, node, transform| match node.mesh {
+        Some(mesh) => visit(&Placed { index, node, mesh, transform }),
+        None => Ok(()),
+    })
+}
+
+/// Calls `visit` for all nodes of the same scene, parents first, with their transforms.
+pub(crate) fn each_node<'d>(
+    root: &'d Root,
+    mut visit: impl FnMut(usize, &'d Node, DMat4) -> Result<(), ReadErrorKind>,
 ) -> Result<(), ReadErrorKind> {
     let mut seen = vec![false; root.nodes.len()];
     // The nodes from the root down: their transforms, and the children that remain.
@@ -46,15 +57,13 @@ pub(super) fn each_placed<'d>(
             return Err(ReadErrorKind::malformed(at(&path), expected, "deeper ones"));
         }
         let transform = parent * local(node);
-        if let Some(mesh) = node.mesh {
-            visit(&Placed { index: place, node, mesh, transform })?;
-        }
+        visit(place, node, transform)?;
         stack.push((transform, node.children.iter()));
     }
     Ok(())
 }
 
-fn tops(root: &Root) -> Result<Vec<u32>, ReadErrorKind> {
+pub(crate) fn tops(root: &Root) -> Result<Vec<u32>, ReadErrorKind> {
     let scene = root.scene.unwrap_or(0);
     if let Some(scene) = root.scenes.get(scene as usize) {
         return Ok(scene.nodes.clone());
@@ -71,7 +80,7 @@ fn tops(root: &Root) -> Result<Vec<u32>, ReadErrorKind> {
     Ok((0..root.nodes.len() as u32).filter(|&node| !is_child[node as usize]).collect())
 }
 
-fn local(node: &Node) -> DMat4 {
+pub(crate) fn local(node: &Node) -> DMat4 {
     match &node.matrix {
         Some(matrix) => DMat4::from_cols_array(&matrix.map(f64::from)),
         None => placement(node.translation, node.rotation, node.scale),
@@ -98,10 +107,10 @@ fn placement(
 }
 
 /// The memory for the transform of an instance while it is read.
-pub(super) const INSTANCE: u64 = 12 + 16 + 12 + 128;
+pub(crate) const INSTANCE: u64 = 12 + 16 + 12 + 128;
 
 /// The number of times that the extension `EXT_mesh_gpu_instancing` draws the mesh of a node; 1 without it.
-pub(super) fn instance_count(
+pub(crate) fn instance_count(
     document: &Document,
     placed: &Placed<'_>,
 ) -> Result<u64, ReadErrorKind> {
@@ -124,7 +133,7 @@ fn path_of(placed: &Placed<'_>, name: &str) -> String {
 }
 
 /// The transforms of all instances of the mesh of a node.
-pub(super) fn transforms(
+pub(crate) fn transforms(
     document: &Document,
     placed: &Placed<'_>,
 ) -> Result<Vec<DMat4>, ReadErrorKind> {

@@ -9,11 +9,11 @@ use std::fmt;
 
 /// The size of the largest object of which there may be one for every brace in the text, without the parts that are
 /// counted by their own characters.
-pub(super) const LARGEST: u64 = size_of::<Node>() as u64 + 16;
+pub(crate) const LARGEST: u64 = size_of::<Node>() as u64 + 16;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Root {
+pub(crate) struct Root {
     #[serde(rename = "asset")]
     _asset: IgnoredAny,
     #[serde(default)]
@@ -48,27 +48,27 @@ pub(super) struct Root {
     #[serde(default)]
     pub scenes: Vec<Scene>,
     #[serde(default)]
-    pub skins: Vec<IgnoredAny>,
+    pub skins: Vec<Skin>,
     #[serde(default)]
     pub textures: Vec<Texture>,
 }
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct RootExtensions {
+pub(crate) struct RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub lights: Option<Lights>,
 }
 
 #[derive(Deserialize)]
-pub(super) struct Lights {
+pub(crate) struct Lights {
     #[serde(default)]
     pub lights: Vec<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Accessor {
+pub(crate) struct Accessor {
     pub buffer_view: Option<u32>,
     #[serde(default)]
     pub byte_offset: u64,
@@ -83,7 +83,7 @@ pub(super) struct Accessor {
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
-pub(super) enum Shape {
+pub(crate) enum Shape {
     Scalar,
     Vec2,
     Vec3,
@@ -94,13 +94,17 @@ pub(super) enum Shape {
 }
 
 impl Shape {
-    pub(super) fn is_scalar(self) -> bool {
+    pub(crate) fn is_scalar(self) -> bool {
         matches!(self, Self::Scalar)
+    }
+
+    pub(crate) fn is_matrix(self) -> bool {
+        matches!(self, Self::Mat2 | Self::Mat3 | Self::Mat4)
     }
 }
 
 #[derive(Deserialize)]
-pub(super) struct Sparse {
+pub(crate) struct Sparse {
     pub count: u64,
     pub indices: SparsePart,
     pub values: SparsePart,
@@ -108,7 +112,7 @@ pub(super) struct Sparse {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct SparsePart {
+pub(crate) struct SparsePart {
     pub buffer_view: u32,
     #[serde(default)]
     pub byte_offset: u64,
@@ -119,7 +123,7 @@ pub(super) struct SparsePart {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Buffer {
+pub(crate) struct Buffer {
     pub uri: Option<Box<str>>,
     pub byte_length: u64,
     #[serde(default)]
@@ -128,7 +132,7 @@ pub(super) struct Buffer {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct View {
+pub(crate) struct View {
     pub buffer: u32,
     #[serde(default)]
     pub byte_offset: u64,
@@ -141,7 +145,7 @@ pub(super) struct View {
 /// Whether the bytes are available in another way, which is not supported here.
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct Compression {
+pub(crate) struct Compression {
     #[serde(rename = "EXT_meshopt_compression", deserialize_with = "present")]
     ext: bool,
     #[serde(rename = "KHR_meshopt_compression", deserialize_with = "present")]
@@ -149,7 +153,7 @@ pub(super) struct Compression {
 }
 
 impl Compression {
-    pub(super) fn meshopt(&self) -> Option<&'static str> {
+    pub(crate) fn meshopt(&self) -> Option<&'static str> {
         match (self.ext, self.khr) {
             (true, _) => Some("EXT_meshopt_compression"),
             (_, true) => Some("KHR_meshopt_compression"),
@@ -160,7 +164,7 @@ impl Compression {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Image {
+pub(crate) struct Image {
     pub uri: Option<Box<str>>,
     pub mime_type: Option<Box<str>>,
     pub buffer_view: Option<u32>,
@@ -168,7 +172,7 @@ pub(super) struct Image {
 }
 
 #[derive(Deserialize)]
-pub(super) struct Texture {
+pub(crate) struct Texture {
     pub source: Option<u32>,
     #[serde(default)]
     pub extensions: TextureExtensions,
@@ -176,7 +180,7 @@ pub(super) struct Texture {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct TextureExtensions {
+pub(crate) struct TextureExtensions {
     #[serde(rename = "EXT_texture_webp", deserialize_with = "present")]
     pub webp: bool,
     #[serde(rename = "KHR_texture_basisu", deserialize_with = "present")]
@@ -185,7 +189,7 @@ pub(super) struct TextureExtensions {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Material {
+pub(crate) struct Material {
     pub name: Option<Box<str>>,
     pub pbr_metallic_roughness: Option<Box<Pbr>>,
     #[serde(default, deserialize_with = "present")]
@@ -209,7 +213,7 @@ pub(super) struct Material {
 
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "UPPERCASE")]
-pub(super) enum AlphaMode {
+pub(crate) enum AlphaMode {
     #[default]
     Opaque,
     Mask,
@@ -218,14 +222,14 @@ pub(super) enum AlphaMode {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct MaterialExtensions {
+pub(crate) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub specular_glossiness: Option<Box<SpecularGlossiness>>,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct SpecularGlossiness {
+pub(crate) struct SpecularGlossiness {
     pub diffuse_factor: [f32; 4],
     pub diffuse_texture: Option<TextureInfo>,
 }
@@ -238,7 +242,7 @@ impl Default for SpecularGlossiness {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct Pbr {
+pub(crate) struct Pbr {
     pub base_color_factor: [f32; 4],
     pub base_color_texture: Option<TextureInfo>,
     pub metallic_factor: f32,
@@ -261,7 +265,7 @@ impl Default for Pbr {
 
 #[derive(Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct TextureInfo {
+pub(crate) struct TextureInfo {
     pub index: u32,
     #[serde(default)]
     pub tex_coord: u32,
@@ -271,14 +275,14 @@ pub(super) struct TextureInfo {
 
 #[derive(Clone, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct TextureInfoExtensions {
+pub(crate) struct TextureInfoExtensions {
     #[serde(rename = "KHR_texture_transform")]
     pub transform: Option<TextureTransform>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(rename_all = "camelCase", default)]
-pub(super) struct TextureTransform {
+pub(crate) struct TextureTransform {
     pub offset: [f32; 2],
     pub rotation: f32,
     pub scale: [f32; 2],
@@ -292,7 +296,7 @@ impl Default for TextureTransform {
 }
 
 #[derive(Deserialize)]
-pub(super) struct Mesh {
+pub(crate) struct Mesh {
     pub name: Option<Box<str>>,
     pub primitives: Vec<Primitive>,
     #[serde(default, deserialize_with = "present")]
@@ -300,14 +304,14 @@ pub(super) struct Mesh {
 }
 
 #[derive(Deserialize)]
-pub(super) struct Primitive {
+pub(crate) struct Primitive {
     pub attributes: Attributes,
     pub indices: Option<u32>,
     pub material: Option<u32>,
     #[serde(default = "triangles")]
     pub mode: u32,
-    #[serde(default, deserialize_with = "present")]
-    pub targets: bool,
+    #[serde(default)]
+    pub targets: Box<[Attributes]>,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
     #[serde(default, deserialize_with = "present")]
@@ -320,23 +324,32 @@ fn triangles() -> u32 {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct PrimitiveExtensions {
+pub(crate) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression", deserialize_with = "present")]
     pub draco: bool,
 }
 
 #[derive(Deserialize)]
-pub(super) struct Scene {
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Skin {
+    pub inverse_bind_matrices: Option<u32>,
+    #[serde(default)]
+    pub joints: Box<[u32]>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Scene {
     #[serde(default)]
     pub nodes: Vec<u32>,
     #[serde(default, deserialize_with = "present")]
     pub extras: bool,
 }
 
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Node {
+pub(crate) struct Node {
     pub mesh: Option<u32>,
+    pub skin: Option<u32>,
     #[serde(default)]
     pub children: Box<[u32]>,
     pub name: Option<Box<str>>,
@@ -352,27 +365,27 @@ pub(super) struct Node {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct NodeExtensions {
+pub(crate) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub instancing: Option<Box<Instancing>>,
 }
 
 #[derive(Deserialize)]
-pub(super) struct Instancing {
+pub(crate) struct Instancing {
     pub attributes: Attributes,
 }
 
 /// Names and the accessors of their values, in the order of the names.
 #[derive(PartialEq, Eq, Hash)]
-pub(super) struct Attributes(Vec<(Box<str>, u32)>);
+pub(crate) struct Attributes(Vec<(Box<str>, u32)>);
 
 impl Attributes {
-    pub(super) fn get(&self, name: &str) -> Option<u32> {
+    pub(crate) fn get(&self, name: &str) -> Option<u32> {
         let place = self.0.binary_search_by(|(other, _)| other.as_ref().cmp(name)).ok()?;
         Some(self.0[place].1)
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = (&str, u32)> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, u32)> {
         self.0.iter().map(|(name, accessor)| (name.as_ref(), *accessor))
     }
 }

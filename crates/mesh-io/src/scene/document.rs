@@ -1,0 +1,221 @@
+//! Reading a scene, and access to its parts.
+
+use super::check;
+use super::colors::mark_normalized;
+use crate::budget::{Budget, GROWING};
+use crate::error::{ReadError, ReadErrorKind};
+use crate::external::Files;
+use crate::format::Format;
+use crate::gltf::accessor::{Document, at};
+use crate::gltf::container::{self, Container};
+use crate::gltf::read::{document_bytes, parse};
+use crate::gltf::scene::local;
+use crate::gltf::schema::Root;
+use crate::input::Input;
+use crate::lost::Lost;
+use crate::notes::Notes;
+use crate::read::{ReadOptions, detect, open};
+use glam::DMat4;
+use serde::Deserialize;
+use serde_json::Value;
+use std::fmt;
+use std::io::Read;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A glTF or GLB document, kept whole as it was read: nodes, names, cameras, lights, skins, animations, materials,
+/// images, extensions and extras.
+///
+/// [`Scene::write`] writes everything as it was; only [`Scene::replaced`] changes vertices and triangles. The order of
+/// the members of JSON objects is not kept, and buffers are embedded in the written file. Images in files of their own
+/// keep their names, which are relative to the file.
+///
+/// ```
+/// use mesh_io::{Format, ReadOptions, Scene};
+/// # let triangle = mesh_core::PolygonSoup::from_triangles(
+/// #     &[glam::DVec3::ZERO, glam::DVec3::X, glam::DVec3::Y], &[[0, 1, 2]])?;
+/// # let mut file = Vec::new();
+/// # mesh_io::write_to(&mut file, &triangle, Format::Glb, &Default::default())?;
+/// let scene = Scene::read_from(&mut &file[..], &ReadOptions::default())?;
+/// assert_eq!(scene.mesh_count(), 1);
+/// let mut written = Vec::new();
+/// scene.write_to(&mut written, Format::Glb)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone)]
+pub struct Scene {
+    pub(super) json: Value,
+    pub(super) document: Arc<Document>,
+    /// The memory that the geometry may use.
+    pub(super) memory: u64,
+    notes: Vec<String>,
+    pub(super) lost: Vec<Lost>,
+}
+
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Scene").field("json", &self.json).finish_non_exhaustive()
+    }
+}
+
+/// A node of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneNode {
+    /// The name, if there is one.
+    pub name: Option<String>,
+    /// The mesh that it draws.
+    pub mesh: Option<usize>,
+    /// The nodes below it.
+    pub children: Vec<usize>,
+    /// The transform to its parent.
+    pub transform: DMat4,
+}
+
+impl Scene {
+    /// Reads a scene from a file.
+    ///
+    /// # Errors
+    /// A [`ReadError`]: the file is no glTF or GLB file, an index or a size is out of range, or the content needs more
+    /// memory than a file of its size may use.
+    pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        let read = || -> Result<Self, ReadError> {
+            let (mut file, options) = open(path, options)?;
+            Self::read_stream(&mut file, &options, Some(path))
+        };
+        read().map_err(|error| error.at_path(path))
+    }
+
+    /// Reads a scene from a stream. Files named in the content are read only if the options name their folder.
+    ///
+    /// # Errors
+    /// As [`Scene::read`]; the error has no path.
+    pub fn read_from(reader: &mut dyn Read, options: &ReadOptions) -> Result<Self, ReadError> {
+        Self::read_stream(reader, options, None)
+    }
+
+    fn read_stream(
+        reader: &mut dyn Read,
+        options: &ReadOptions,
+        path: Option<&Path>,
+    ) -> Result<Self, ReadError> {
+        let mut input = Input::new(reader, options.size, Budget::new(options.max_memory));
+        let (format, _) = detect(&mut input, options, path)?;
+        if !matches!(format, Format::Gltf | Format::Glb) {
+            let found = format!("a file in the format {format}");
+            return Err(ReadErrorKind::malformed(input.here(), "glTF or GLB", found).into());
+        }
+        let Container { json: text, binary, other_chunks } = container::read(&mut input)?;
+        input.spend(document_bytes(&text).saturating_add(tree_bytes(&text)), || {
+            at("the document")
+        })?;
+        let mut root = parse(&text)?;
+        let mut json: Value = serde_json::from_slice(&text).map_err(|error| {
+            let line = crate::error::Location::Line(error.line() as u64);
+            ReadErrorKind::malformed(line, "a glTF document", error.to_string())
+        })?;
+        drop(text);
+        let mut notes = Notes::default();
+        mark_normalized(&mut root, &mut json, &mut notes);
+        let files = Files { folder: options.folder.as_deref(), external: options.external };
+        let buffers = container::buffers(&root, binary, &files, &mut input)?;
+        let document = Document { root, buffers };
+        check::check(&document, &input)?;
+        if check::is_empty(&document) && !options.allow_empty {
+            return Err(ReadErrorKind::Empty { notes: Vec::new() }.into());
+        }
+        // The bytes are there, so their places are not needed.
+        let loaded = document.buffers.iter().map(|buffer| !buffer.get().is_empty());
+        for (buffer, is_loaded) in list_mut(&mut json, "buffers").iter_mut().zip(loaded) {
+            if let (Some(buffer), true) = (buffer.as_object_mut(), is_loaded) {
+                buffer.remove("uri");
+            }
+        }
+        let why = "only the JSON and the binary chunk are kept";
+        notes.lose_some("chunks of other types", other_chunks, why);
+        let (notes, lost) = notes.finish();
+        let memory = input.memory_left();
+        Ok(Self { json, document: Arc::new(document), memory, notes, lost })
+    }
+
+    /// The scene with another document and buffers.
+    pub(super) fn with(&self, json: Value, document: Document) -> Self {
+        Self { json, document: Arc::new(document), ..self.clone() }
+    }
+
+    /// The document as JSON. Buffers that were read have no `uri`.
+    #[must_use]
+    pub fn json(&self) -> &Value {
+        &self.json
+    }
+
+    /// Messages of the reader for people: losses and assumptions. They are [printable](crate::printable).
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The content of the file that is not in the scene.
+    #[must_use]
+    pub fn lost(&self) -> &[Lost] {
+        &self.lost
+    }
+
+    /// The names of images in files of their own, relative to the file, as they are written in it.
+    #[must_use]
+    pub fn file_pictures(&self) -> Vec<&str> {
+        let uris = self.root().images.iter().filter_map(|image| image.uri.as_deref());
+        uris.filter(|uri| !uri.starts_with("data:") && !uri.contains("://")).collect()
+    }
+
+    /// The number of meshes.
+    #[must_use]
+    pub fn mesh_count(&self) -> usize {
+        self.root().meshes.len()
+    }
+
+    /// The name of a mesh, if it has one.
+    #[must_use]
+    pub fn mesh_name(&self, mesh: usize) -> Option<&str> {
+        self.root().meshes.get(mesh)?.name.as_deref()
+    }
+
+    /// The nodes, in the order of the document.
+    pub fn nodes(&self) -> impl Iterator<Item = SceneNode> + '_ {
+        self.root().nodes.iter().map(|node| SceneNode {
+            name: node.name.as_ref().map(ToString::to_string),
+            mesh: node.mesh.map(|mesh| mesh as usize),
+            children: node.children.iter().map(|&child| child as usize).collect(),
+            transform: local(node),
+        })
+    }
+
+    pub(super) fn root(&self) -> &Root {
+        &self.document.root
+    }
+}
+
+/// The members of a list of the document; empty if there is no such list.
+pub(super) fn list_mut<'j>(json: &'j mut Value, name: &str) -> &'j mut [Value] {
+    json.get_mut(name).and_then(Value::as_array_mut).map(Vec::as_mut_slice).unwrap_or_default()
+}
+
+/// The typed parts of a document.
+pub(super) fn root_of(json: &Value) -> Result<Root, serde_json::Error> {
+    Root::deserialize(json)
+}
+
+/// The memory of a tree of JSON values. An object takes a node of a search tree, a member at most a share of one,
+/// and an item of a list its value; lists grow.
+fn tree_bytes(text: &[u8]) -> u64 {
+    const NODE: u64 = 640;
+    const MEMBER: u64 = NODE / 5;
+    const ITEM: u64 = GROWING * size_of::<Value>() as u64;
+    let bytes = text.iter().map(|byte| match byte {
+        b'{' => NODE,
+        b':' => MEMBER,
+        b'[' | b',' => ITEM,
+        _ => 1,
+    });
+    bytes.sum()
+}

@@ -1,0 +1,209 @@
+//! Writing a scene.
+
+use super::document::{Scene, list_mut};
+use super::extensions::unknown;
+use super::references::each_range;
+use crate::atomic;
+use crate::error::WriteError;
+use crate::format::Format;
+use crate::lost::Lost;
+use crate::write::{Staged, format_of};
+use crate::write_options::{WriteOptions, WriteReport};
+use base64::engine::general_purpose::STANDARD;
+use base64::write::EncoderWriter;
+use serde_json::{Map, Value};
+use std::borrow::Cow;
+use std::io::Write;
+use std::path::Path;
+
+/// Buffers are joined at multiples of this many bytes.
+const ALIGNMENT: usize = 8;
+
+impl Scene {
+    /// Writes the scene to a glTF or GLB file, whole or not at all. The buffers become one, which is embedded.
+    ///
+    /// # Errors
+    /// A [`WriteError`]; nothing has been written then.
+    pub fn write(
+        &self,
+        path: impl AsRef<Path>,
+        options: &WriteOptions,
+    ) -> Result<WriteReport, WriteError> {
+        self.stage(path, options)?.commit()
+    }
+
+    /// Does everything that [`Scene::write`] does except the last step, [`Staged::commit`].
+    ///
+    /// # Errors
+    /// As [`Scene::write`].
+    pub fn stage(
+        &self,
+        path: impl AsRef<Path>,
+        options: &WriteOptions,
+    ) -> Result<Staged, WriteError> {
+        let path = path.as_ref();
+        let format = format_of(path, options)?;
+        let (file, report) = atomic::prepare(path, |writer| self.write_to(writer, format))?;
+        Ok(Staged::new(file, report))
+    }
+
+    /// Writes the scene to a stream.
+    ///
+    /// # Errors
+    /// As [`Scene::write`]; part of the output may have been written only if the stream itself fails.
+    pub fn write_to(
+        &self,
+        writer: &mut dyn Write,
+        format: Format,
+    ) -> Result<WriteReport, WriteError> {
+        if !matches!(format, Format::Gltf | Format::Glb) {
+            return Err(WriteError::NoScene(format));
+        }
+        self.check_finite(format)?;
+        let mut lost = Vec::new();
+        let (mut json, buffers) = self.joined(&mut lost);
+        match format {
+            Format::Gltf => {
+                embed(&mut json, &buffers, 0)?;
+                serde_json::to_writer(&mut *writer, &json).map_err(std::io::Error::from)?;
+            }
+            _ => {
+                let has_binary = buffers.first().is_some_and(|buffer| !buffer.is_empty());
+                embed(&mut json, &buffers, usize::from(has_binary))?;
+                let binary = buffers.first().filter(|_| has_binary).map(Cow::as_ref);
+                write_binary(writer, &json, binary.unwrap_or_default())?;
+            }
+        }
+        writer.flush()?;
+        Ok(WriteReport { lost, ..WriteReport::default() })
+    }
+
+    /// Rejects positions that are not finite, which glTF does not allow.
+    fn check_finite(&self, format: Format) -> Result<(), WriteError> {
+        let primitives = self.root().meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let positions = primitives.filter_map(|primitive| primitive.attributes.get("POSITION"));
+        let mut positions: Vec<u32> = positions.collect();
+        positions.sort_unstable();
+        positions.dedup();
+        for accessor in positions {
+            let found = self.document.values(accessor, "POSITION", 1..=16);
+            // Compressed positions are written as they were read.
+            let found = found.and_then(|values| values.find_not_finite()).unwrap_or_default();
+            if let Some((vertex, value)) = found {
+                return Err(WriteError::NotFinite { format, vertex, value });
+            }
+        }
+        Ok(())
+    }
+
+    /// The document and its buffers, with all bytes in the first one. If unknown extensions may refer to buffers, they
+    /// stay apart.
+    fn joined(&self, lost: &mut Vec<Lost>) -> (Value, Vec<Cow<'_, [u8]>>) {
+        let mut json = self.json.clone();
+        let buffers = &self.document.buffers;
+        let filled = buffers.iter().filter(|buffer| !buffer.get().is_empty()).count();
+        let is_plain = buffers.first().is_none_or(|first| !first.get().is_empty()) && filled <= 1;
+        if is_plain || !unknown(&json).is_empty() {
+            return (json, buffers.iter().map(|buffer| Cow::Borrowed(buffer.get())).collect());
+        }
+        let objects = list_mut(&mut json, "buffers").to_vec();
+        let has_more = |object: &Value| object.as_object().is_some_and(|object| object.len() > 1);
+        let mut joined = Joined { bytes: Vec::new(), places: Vec::new(), objects: Vec::new() };
+        let mut first = None;
+        for (buffer, object) in buffers.iter().zip(objects) {
+            if buffer.get().is_empty() {
+                joined.objects.push(object);
+                joined.places.push((joined.objects.len(), 0));
+                continue;
+            }
+            joined.bytes.resize(joined.bytes.len().next_multiple_of(ALIGNMENT), 0);
+            joined.places.push((0, joined.bytes.len()));
+            joined.bytes.extend_from_slice(buffer.get());
+            if first.is_none() {
+                first = Some(object);
+            } else if has_more(&object) {
+                let why = "all buffers are written as one";
+                lost.push(Lost::new("names and extras of buffers", why));
+            }
+        }
+        let mut object = first.unwrap_or_default();
+        if let Some(members) = object.as_object_mut() {
+            members.insert("byteLength".to_owned(), joined.bytes.len().into());
+        }
+        joined.objects.insert(0, object);
+        for view in list_mut(&mut json, "bufferViews") {
+            each_range(view, &mut |range| joined.place(range));
+        }
+        let mut all: Vec<Cow<'_, [u8]>> = vec![Cow::Borrowed(&[]); joined.objects.len()];
+        if let (Some(document), Some(first)) = (json.as_object_mut(), all.first_mut()) {
+            document.insert("buffers".to_owned(), joined.objects.into());
+            *first = joined.bytes.into();
+        }
+        (json, all)
+    }
+}
+
+/// Buffers that become one.
+struct Joined {
+    bytes: Vec<u8>,
+    /// For each buffer, its new index and the offset in it.
+    places: Vec<(usize, usize)>,
+    objects: Vec<Value>,
+}
+
+impl Joined {
+    fn place(&self, range: &mut Map<String, Value>) {
+        let number = |name: &str| range.get(name).and_then(Value::as_u64);
+        let (buffer, offset) = (number("buffer"), number("byteOffset").unwrap_or(0));
+        let place = buffer.and_then(|buffer| self.places.get(buffer as usize));
+        let Some(&(buffer, start)) = place else { return };
+        range.insert("buffer".to_owned(), buffer.into());
+        if start > 0 {
+            range.insert("byteOffset".to_owned(), offset.saturating_add(start as u64).into());
+        }
+    }
+}
+
+/// Puts the bytes of buffers from `first` on into the document.
+fn embed(json: &mut Value, buffers: &[Cow<'_, [u8]>], first: usize) -> Result<(), WriteError> {
+    let objects = list_mut(json, "buffers").iter_mut().zip(buffers).skip(first);
+    for (object, bytes) in objects.filter(|(_, bytes)| !bytes.is_empty()) {
+        let mut uri = b"data:application/octet-stream;base64,".to_vec();
+        let mut encoder = EncoderWriter::new(&mut uri, &STANDARD);
+        encoder.write_all(bytes)?;
+        encoder.finish()?;
+        drop(encoder);
+        if let Some(members) = object.as_object_mut() {
+            members.insert("uri".to_owned(), String::from_utf8_lossy(&uri).into_owned().into());
+        }
+    }
+    Ok(())
+}
+
+fn write_binary(writer: &mut dyn Write, json: &Value, binary: &[u8]) -> Result<(), WriteError> {
+    let mut text = serde_json::to_vec(json).map_err(std::io::Error::from)?;
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let padded = binary.len().next_multiple_of(4);
+    let total = 20 + text.len() as u64 + if padded == 0 { 0 } else { 8 + padded as u64 };
+    let size = |bytes: u64| {
+        u32::try_from(bytes).map_err(|_| WriteError::TooLarge {
+            format: Format::Glb,
+            what: "bytes",
+            limit: u64::from(u32::MAX),
+            found: bytes,
+        })
+    };
+    writer.write_all(b"glTF")?;
+    writer.write_all(&2_u32.to_le_bytes())?;
+    writer.write_all(&size(total)?.to_le_bytes())?;
+    writer.write_all(&size(text.len() as u64)?.to_le_bytes())?;
+    writer.write_all(b"JSON")?;
+    writer.write_all(&text)?;
+    if padded > 0 {
+        writer.write_all(&size(padded as u64)?.to_le_bytes())?;
+        writer.write_all(b"BIN\0")?;
+        writer.write_all(binary)?;
+        writer.write_all(&[0; 3][..padded - binary.len()])?;
+    }
+    Ok(())
+}
