@@ -164,6 +164,16 @@ impl Attributes {
         if !self.rules.carry {
             return Ok(Model::from(result));
         }
+        self.carry_from(loaded, result, &self.sources(loaded, result, became))
+    }
+
+    /// For each element of the simplified mesh, where its data come from.
+    pub(crate) fn sources(
+        &self,
+        loaded: Source<'_>,
+        result: &TriMesh,
+        became: &VertexMap<Option<VertexId>>,
+    ) -> Sources {
         let sources = corner_sources(
             loaded.mesh,
             self.kept_seams(),
@@ -192,9 +202,19 @@ impl Attributes {
             faces.push(loaded.provenance.face_source.get(source).copied().unwrap_or(0));
             corners.push(blends);
         }
-        let triangles: Vec<[u32; 3]> = topology.triangles().collect();
+        Sources { vertices, faces, corners }
+    }
+
+    /// The simplified mesh with the attributes of the input.
+    pub(crate) fn carry_from(
+        &self,
+        loaded: Source<'_>,
+        result: &TriMesh,
+        Sources { vertices, faces, corners }: &Sources,
+    ) -> Result<Model, ModelError> {
+        let triangles: Vec<[u32; 3]> = result.topology().triangles().collect();
         let mut model =
-            loaded.model.blended(result.positions(), &triangles, &vertices, &faces, &corners)?;
+            loaded.model.blended(result.positions(), &triangles, vertices, faces, corners)?;
         if self.flat_shaded {
             model.corner_normals = None;
         }
@@ -214,6 +234,17 @@ impl Attributes {
         let corners = loaded.mesh.topology().face_half_edges(face);
         Blend { sources: corners.map(|h| self.seams.corner(h) as u32), weights }
     }
+}
+
+/// Where the data of a simplified mesh come from, in elements of the model.
+#[derive(Clone, Debug)]
+pub(crate) struct Sources {
+    /// For each vertex, vertices of the model.
+    pub(crate) vertices: Vec<Blend>,
+    /// For each face, a face of the model.
+    pub(crate) faces: Vec<u32>,
+    /// For the corners of each face, corners of the model.
+    pub(crate) corners: Vec<[Blend; 3]>,
 }
 
 /// Normals whose components differ by less are equal.

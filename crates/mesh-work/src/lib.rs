@@ -16,6 +16,7 @@ mod patches;
 mod policy;
 mod printing;
 mod quantity;
+mod scene;
 mod seams;
 mod subdivide;
 mod surface;
@@ -33,6 +34,9 @@ pub use loaded::{Loaded, Source, build_with_needed_repairs, splits_vertices};
 pub use patches::{PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model};
 pub use policy::Choices;
 pub use quantity::{Integrals, Quantity, UnknownQuantity};
+pub use scene::{
+    MeshOfScene, SceneBudget, SceneError, SceneRules, SceneTarget, SimplifiedScene, simplify_scene,
+};
 pub use seams::Seams;
 pub use subdivide::{SubdivisionError, subdivide_step};
 pub use surface::{is_point_cloud, surface, surface_or_points};

@@ -1,0 +1,298 @@
+//! Scenes: what is drawn, and all data of vertices, before and after.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+
+use std::collections::{BTreeSet, HashMap};
+use std::ops::ControlFlow;
+
+use crate::built_scene::{Builder, ball, parts, rich, tube, values, without};
+use mesh_core::build::{Repair, Weld};
+use mesh_io::{Format, ReadOptions, Scene, read_from};
+use mesh_work::{
+    AttributeRules, Attributes, Choices, Loaded, SceneBudget, SceneRules, SceneTarget,
+    SimplifiedScene, simplify_scene,
+};
+use serde_json::{Value, json};
+use simplify::{Target, simplify};
+
+fn scene(file: &[u8]) -> Scene {
+    Scene::read_from(&mut &file[..], &ReadOptions::default()).unwrap()
+}
+
+fn simplified(file: &[u8], rules: &SceneRules) -> (SimplifiedScene, Vec<u8>) {
+    let made = simplify_scene(&scene(file), rules, &mut |_| ControlFlow::Continue(())).unwrap();
+    let mut bytes = Vec::new();
+    made.scene.write_to(&mut bytes, Format::Glb).unwrap();
+    // A reader that is not ours finds no fault.
+    gltf::Gltf::from_slice(&bytes).unwrap();
+    (made, bytes)
+}
+
+fn to_ratio(ratio: f64) -> SceneRules {
+    let target = SceneTarget { ratio: Some(ratio), ..SceneTarget::default() };
+    SceneRules { target, ..SceneRules::default() }
+}
+
+/// The values of an attribute of a primitive.
+struct Found {
+    json: Value,
+    buffers: Vec<Vec<u8>>,
+}
+
+impl Found {
+    fn new(file: &[u8]) -> Self {
+        let (json, binary) = parts(file);
+        Self { json, buffers: vec![binary] }
+    }
+
+    fn primitive(&self, mesh: usize, primitive: usize) -> &Value {
+        &self.json["meshes"][mesh]["primitives"][primitive]
+    }
+
+    fn values(&self, accessor: &Value) -> Vec<Vec<f64>> {
+        values(&self.json, &self.buffers, accessor.as_u64().unwrap() as usize)
+    }
+
+    fn attribute(&self, primitive: &Value, name: &str) -> Vec<Vec<f64>> {
+        self.values(&primitive["attributes"][name])
+    }
+
+    fn triangles(&self, primitive: &Value) -> Vec<[usize; 3]> {
+        let corners: Vec<usize> =
+            self.values(&primitive["indices"]).iter().map(|v| v[0] as usize).collect();
+        corners.as_chunks::<3>().0.to_vec()
+    }
+}
+
+#[test]
+fn a_scene_keeps_everything_but_faces() {
+    let file = rich().glb();
+    let (made, out) = simplified(&file, &to_ratio(0.4));
+    let (old, new) = (Found::new(&file), Found::new(&out));
+    let changing = ["accessors", "bufferViews", "buffers", "meshes", "animations", "skins"];
+    assert_eq!(without(&old.json, &changing), without(&new.json, &changing));
+    for (pointer, names) in [
+        ("/animations/0/samplers/0", &["input", "output"][..]),
+        ("/skins/0", &["inverseBindMatrices"]),
+    ] {
+        let [a, b] = [&old, &new].map(|found| found.json.pointer(pointer).unwrap());
+        assert_eq!(without(a, names), without(b, names));
+        for name in names {
+            assert_eq!(old.values(&a[name]), new.values(&b[name]), "{name}");
+        }
+    }
+    for mesh in 0..3 {
+        let [a, b] = [&old, &new].map(|found| &found.json["meshes"][mesh]);
+        assert_eq!(without(a, &["primitives"]), without(b, &["primitives"]));
+        let [a, b] = [a, b].map(|mesh| mesh["primitives"].as_array().unwrap());
+        for (a, b) in a.iter().zip(b) {
+            let changing = ["attributes", "indices", "targets"];
+            assert_eq!(without(a, &changing), without(b, &changing));
+            let names = |p: &Value| {
+                p["attributes"].as_object().unwrap().keys().cloned().collect::<Vec<_>>()
+            };
+            assert_eq!(names(a), names(b));
+        }
+    }
+    // The lines of the floor are as they were.
+    let lines = |found: &Found| found.attribute(found.primitive(2, 2), "POSITION");
+    assert_eq!(lines(&old), lines(&new));
+    let drawn: usize = made.meshes.iter().map(|mesh| mesh.times * mesh.faces[1]).sum();
+    let before: usize = made.meshes.iter().map(|mesh| mesh.times * mesh.faces[0]).sum();
+    assert_eq!(before as u64, scene(&file).counts()[1]);
+    assert_eq!(drawn as u64, made.scene.counts()[1]);
+    assert!(
+        drawn as f64 <= 0.4 * before as f64 && drawn as f64 > 0.38 * before as f64,
+        "{drawn} of {before}"
+    );
+    let wheel = &made.meshes[0];
+    assert!(
+        wheel.times == 2
+            && (wheel.scale - 3.0).abs() < 1e-12
+            && wheel.name.as_deref() == Some("wheel")
+    );
+    assert_eq!(made.lost, []);
+}
+
+/// The arm has data that are functions of the place: they still are.
+#[test]
+fn all_data_of_vertices_are_carried() {
+    let file = rich().glb();
+    for ratio in [0.5, 0.2] {
+        let (_, out) = simplified(&file, &to_ratio(ratio));
+        let found = Found::new(&out);
+        let arm = found.primitive(1, 0);
+        let of = |name: &str| found.attribute(arm, name);
+        let positions = of("POSITION");
+        let (normals, tangents) = (of("NORMAL"), of("TANGENT"));
+        let (uvs, more_uvs, colors) = (of("TEXCOORD_0"), of("TEXCOORD_1"), of("COLOR_0"));
+        let (joints, weights) = (of("JOINTS_0"), of("WEIGHTS_0"));
+        let (heat, part) = (of("_HEAT"), of("_PART"));
+        let moved = found.values(&arm["targets"][0]["POSITION"]);
+        let mut parts = BTreeSet::new();
+        for (v, at) in positions.iter().enumerate() {
+            let [x, y, z] = [at[0], at[1], at[2]];
+            // A vertex of the result can be a little beyond the rims.
+            let close = |found: f64, expected: f64, tolerance: f64| {
+                assert!((found - expected).abs() < tolerance, "{found} {expected} at {at:?}");
+            };
+            close(more_uvs[v][0], z / 8.0, 0.02);
+            close(more_uvs[v][1], 0.5, 1e-6);
+            close(heat[v][0], 20.0 + 5.0 * z, 0.4);
+            close(colors[v][0], (z / 4.0).clamp(0.0, 1.0) * 255.0, 8.0);
+            close(colors[v][1], 128.0, 0.5);
+            let angle = (y.atan2(x) / std::f64::consts::TAU).rem_euclid(1.0);
+            let off = (uvs[v][0] - angle).abs();
+            assert!(off.min((off - 1.0).abs()) < 0.03, "{:?} at {at:?}", uvs[v]);
+            // A label is one of the labels, and the right one away from their border.
+            parts.insert(part[v][0] as u8);
+            if (z - 2.0).abs() > 0.4 {
+                assert_eq!(part[v][0], if z < 2.0 { 7.0 } else { 9.0 }, "{at:?}");
+            }
+            assert_eq!(weights[v].iter().sum::<f64>(), 255.0);
+            let far: f64 = (0..4).filter(|&k| joints[v][k] == 1.0).map(|k| weights[v][k]).sum();
+            close(far, (z / 4.0).clamp(0.0, 1.0) * 255.0, 8.0);
+            close(moved[v][2], (z - 3.0).max(0.0), 0.1);
+            let dot = |a: &[f64], b: &[f64]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+            close(dot(&normals[v], &normals[v]), 1.0, 1e-5);
+            close(dot(&tangents[v], &tangents[v]), 1.0, 1e-5);
+            close(dot(&normals[v], &tangents[v]), 0.0, 1e-5);
+            assert_eq!(tangents[v][3], 1.0);
+            let radius = x.hypot(y);
+            close(dot(&normals[v], at) / radius, 1.0, 0.1);
+        }
+        assert_eq!(parts.into_iter().collect::<Vec<_>>(), [7, 9]);
+    }
+}
+
+/// The halves of the floor meet in the same edges, and the border between them has no gap.
+#[test]
+fn borders_between_primitives_stay_closed() {
+    let (_, out) = simplified(&rich().glb(), &to_ratio(0.3));
+    let found = Found::new(&out);
+    let mut edges: HashMap<[[u64; 3]; 2], usize> = HashMap::new();
+    for half in 0..2 {
+        let primitive = found.primitive(2, half);
+        let positions = found.attribute(primitive, "POSITION");
+        let key = |v: usize| [0, 1, 2].map(|k| positions[v][k].to_bits());
+        for [a, b, c] in found.triangles(primitive) {
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                let mut ends = [key(a), key(b)];
+                ends.sort_unstable();
+                *edges.entry(ends).or_insert(0) += 1;
+            }
+        }
+    }
+    // An edge of one face is on the rim of the floor.
+    for (ends, faces) in edges {
+        let [a, b] = ends.map(|end| end.map(f64::from_bits));
+        let on = |k: usize, at: f64| (a[k] - at).abs() < 0.3 && (b[k] - at).abs() < 0.3;
+        let is_rim = on(0, 0.0) || on(0, 10.0) || on(1, 0.0) || on(1, 10.0);
+        assert!(faces == 2 || (faces == 1 && is_rim), "{a:?} {b:?} {faces}");
+    }
+}
+
+/// A scene of one mesh and one node gives the bits that the mesh gives.
+#[test]
+fn a_single_mesh_is_the_mesh() {
+    let mut builder = Builder::new();
+    let tube = tube(40, 30);
+    let attributes = json!({
+        "POSITION": builder.positions(&tube.positions), "NORMAL": builder.floats(&tube.normals),
+        "TEXCOORD_0": builder.floats(&tube.uvs),
+    });
+    let primitive =
+        json!({ "attributes": attributes, "indices": builder.indices(&tube.triangles) });
+    builder.push("meshes", json!({ "primitives": [primitive] }));
+    builder.node(json!({ "mesh": 0, "name": "tube" }));
+    let file = builder.glb();
+    let model = read_from(&mut &file[..], &ReadOptions::default()).unwrap();
+    let mut repair = Repair::strict();
+    repair.weld = Weld::Exact;
+    let loaded = Loaded::build_with_needed_repairs(model, &repair).unwrap();
+    let attributes = Attributes::find(loaded.source(), &AttributeRules::default()).unwrap();
+    for ratio in [0.5, 0.13, 0.02] {
+        let target = Target { ratio: Some(ratio), ..Target::default() };
+        let mut options = Choices::default().options(&loaded.mesh, target);
+        let merged = attributes.merge_charts(&loaded.mesh, &options.target);
+        let attributes = merged.as_ref().unwrap_or(&attributes);
+        attributes.constrain(&loaded.mesh, &mut options);
+        let result = simplify(&loaded.mesh, &options).unwrap();
+        let expected = attributes.carry(loaded.source(), &result.mesh, &result.vertex_map).unwrap();
+        let mut bytes = Vec::new();
+        mesh_io::write_to(&mut bytes, &expected, Format::Glb, &Default::default()).unwrap();
+        let (_, out) = simplified(&file, &to_ratio(ratio));
+        let [expected, found] = [&bytes, &out].map(|file| Found::new(file));
+        let [a, b] = [&expected, &found].map(|found| found.primitive(0, 0));
+        assert_eq!(expected.attribute(a, "POSITION"), found.attribute(b, "POSITION"));
+        assert_eq!(expected.triangles(a), found.triangles(b));
+        assert_eq!(expected.attribute(a, "NORMAL"), found.attribute(b, "NORMAL"));
+    }
+}
+
+/// Balls at three scales, one of them drawn by instances.
+fn balls() -> Vec<u8> {
+    let mut builder = Builder::new();
+    for scale in [1.0, 10.0, 100.0] {
+        let (positions, triangles) = ball(48, 24);
+        let primitive = json!({
+            "attributes": { "POSITION": builder.positions(&positions) }, "indices": builder.indices(&triangles),
+        });
+        let mesh = builder.push("meshes", json!({ "primitives": [primitive] }));
+        builder.node(json!({ "mesh": mesh, "name": format!("ball {scale}"), "scale": [scale, scale, scale] }));
+    }
+    let places = builder.floats(&[[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0], [0.0, 5.0, 0.0]]);
+    builder.json["nodes"][0]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+    builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+    builder.glb()
+}
+
+#[test]
+fn faces_go_where_the_error_of_the_scene_is_largest() {
+    let file = balls();
+    let (made, _) = simplified(&file, &to_ratio(0.2));
+    let faces: Vec<usize> = made.meshes.iter().map(|mesh| mesh.faces[1]).collect();
+    assert_eq!(made.meshes.iter().map(|mesh| mesh.times).collect::<Vec<_>>(), [3, 1, 1]);
+    assert!(faces[0] < faces[1] && faces[1] < faces[2], "{faces:?}");
+    // The largest error is smaller than with an equal share for each mesh.
+    let largest = |made: &SimplifiedScene| made.meshes.iter().map(|m| m.max).fold(0.0, f64::max);
+    let rules = SceneRules { budget: SceneBudget::Mesh, ..to_ratio(0.2) };
+    let (each, _) = simplified(&file, &rules);
+    for mesh in &each.meshes {
+        assert_eq!(mesh.faces[1], mesh.faces[0].div_ceil(5), "{mesh:?}");
+    }
+    assert!(largest(&made) < 0.5 * largest(&each), "{} {}", largest(&made), largest(&each));
+    let drawn: usize = made.meshes.iter().map(|mesh| mesh.times * mesh.faces[1]).sum();
+    assert!(5 * drawn <= made.meshes.iter().map(|m| m.times * m.faces[0]).sum(), "{drawn}");
+}
+
+#[test]
+fn an_error_limit_is_in_units_of_the_scene() {
+    let target = SceneTarget { max_error: Some("0.05".parse().unwrap()), ..SceneTarget::default() };
+    let choices = Choices { verify: true, ..Choices::default() };
+    let rules = SceneRules { target, choices, ..SceneRules::default() };
+    let (made, _) = simplified(&balls(), &rules);
+    let faces: Vec<usize> = made.meshes.iter().map(|mesh| mesh.faces[1]).collect();
+    assert!(faces[0] < faces[1] && faces[1] < faces[2], "{faces:?}");
+    for mesh in &made.meshes {
+        let upper = mesh.bound.unwrap().upper.unwrap();
+        assert!(upper <= 0.05 && mesh.max <= upper, "{upper} {}", mesh.max);
+    }
+    // Relative lengths are shares of the diagonal of the scene, which the largest ball spans.
+    let share = SceneTarget { max_error: Some("0.1%".parse().unwrap()), ..SceneTarget::default() };
+    let (relative, _) = simplified(&balls(), &SceneRules { target: share, ..rules });
+    let limit = 0.001 * 200.0 * 3.0_f64.sqrt();
+    for mesh in &relative.meshes {
+        assert!(mesh.max <= 1.001 * limit, "{} {limit}", mesh.max);
+    }
+    assert!(relative.meshes[2].max > 0.5 * limit);
+}
+
+/// The same bits, whatever the number of threads.
+#[test]
+fn the_division_of_faces_does_not_depend_on_chance() {
+    let file = rich().glb();
+    let (_, first) = simplified(&file, &to_ratio(0.25));
+    let (_, second) = simplified(&file, &to_ratio(0.25));
+    assert!(first == second);
+}
