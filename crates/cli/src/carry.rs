@@ -40,15 +40,20 @@ pub(crate) struct Carry {
 }
 
 impl Carry {
-    /// Finds the seams and the attributes of a mesh.
-    pub(crate) fn find(&self, loaded: &Loaded, console: &Console) -> Result<Attributes, Failure> {
-        let rules = AttributeRules {
+    /// The rules for the library.
+    pub(crate) fn rules(&self) -> AttributeRules {
+        AttributeRules {
             attribute_weight: self.attribute_weight,
             normal_weight: self.normal_weight,
             crease_angle: self.crease_angle,
             keep_creases: self.keep_creases,
             carry: !self.no_attributes,
-        };
+        }
+    }
+
+    /// Finds the seams and the attributes of a mesh.
+    pub(crate) fn find(&self, loaded: &Loaded, console: &Console) -> Result<Attributes, Failure> {
+        let rules = self.rules();
         let attributes = Attributes::find(loaded.source(), &rules).map_err(Failure::simplify)?;
         if attributes.is_flat_shaded() {
             console.message("every face has a normal of its own: normals are left out");

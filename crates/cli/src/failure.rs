@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use mesh_core::build::BuildError;
 use mesh_io::{Location, ReadError, ReadErrorKind, WriteError};
 use mesh_metric::SurfaceError;
+use mesh_work::SceneError;
 use serde::Serialize;
 use simplify::{RecordError, ReplayError, SimplifyError};
 
@@ -126,6 +127,20 @@ impl Failure {
         Self::Simplify(Box::new(source))
     }
 
+    /// A failure with a scene that is read from one file and written to another.
+    pub(crate) fn scene(input: &Path, output: Option<&Path>, source: SceneError) -> Self {
+        let path = input.to_owned();
+        match source {
+            SceneError::Read(error) => Self::Read(Box::new(error.at_path(input))),
+            SceneError::Build { source, .. } => Self::Build { path, source, joined: false },
+            SceneError::Simplify { source, .. } => Self::simplify(source),
+            SceneError::Surface(source) => Self::Surface { path, source: Box::new(source) },
+            SceneError::Model(source) => Self::model(source),
+            SceneError::Write(source) => Self::write(output.unwrap_or(input), source),
+            other => Self::refused(other),
+        }
+    }
+
     /// A failure with a mesh larger than memory. Errors in the input file are reported as errors of the input.
     pub(crate) fn regions(source: out_of_core::Error) -> Self {
         match source {
@@ -163,10 +178,12 @@ impl Failure {
             Self::Write { source, .. } => match **source {
                 WriteError::NoSuchEncoding { .. }
                 | WriteError::UnknownExtension(_)
-                | WriteError::NoLevels(_) => 2,
+                | WriteError::NoLevels(_)
+                | WriteError::NoScene(_) => 2,
                 WriteError::NotFinite { .. }
                 | WriteError::OutOfSingleRange { .. }
-                | WriteError::TooLarge { .. } => 4,
+                | WriteError::TooLarge { .. }
+                | WriteError::Scene(_) => 4,
                 _ => 1,
             },
             Self::Regions(error) => match **error {

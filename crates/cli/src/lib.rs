@@ -22,6 +22,8 @@ mod inventory;
 mod large;
 mod load;
 mod save;
+mod scene;
+mod scene_tree;
 mod session;
 mod simplify_options;
 mod streaming;

@@ -7,9 +7,9 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use mesh_core::build::{BuildReport, Repair, Weld};
-use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind};
+use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind, Scene};
 use mesh_metric::{Surface, SurfaceError};
-use mesh_work::{Loaded, diagonal, mark_labels, splits_vertices};
+use mesh_work::{Loaded, SceneRules, diagonal, mark_labels, splits_vertices};
 use serde::Serialize;
 
 use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
@@ -125,19 +125,24 @@ impl ReadOptions {
         self.read_with_format(path, console).map(|(model, _)| model)
     }
 
+    /// The options of the library for a file in this folder.
+    fn options(&self) -> mesh_io::ReadOptions {
+        mesh_io::ReadOptions {
+            format: self.from.map(Format::from),
+            external: self.external.into(),
+            max_memory: self.max_memory,
+            allow_empty: self.allow_empty,
+            ..mesh_io::ReadOptions::default()
+        }
+    }
+
     /// As [`ReadOptions::read`], with the detected format.
     fn read_with_format(
         &self,
         path: &Path,
         console: &Console,
     ) -> Result<(Model, Option<Format>), Failure> {
-        let mut options = mesh_io::ReadOptions {
-            format: self.from.map(Format::from),
-            external: self.external.into(),
-            max_memory: self.max_memory,
-            allow_empty: self.allow_empty,
-            ..mesh_io::ReadOptions::default()
-        };
+        let mut options = self.options();
         let model = if is_standard(path) {
             let mut head = Vec::with_capacity(HEAD);
             let mut stdin = std::io::stdin().lock();
@@ -233,6 +238,45 @@ impl Loading {
         }
     }
 
+    /// Reads a scene whole, and reports what the reader skipped.
+    pub(crate) fn scene(&self, path: &Path, console: &Console) -> Result<Scene, Failure> {
+        let options = self.read.options();
+        let scene = if is_standard(path) {
+            Scene::read_from(&mut std::io::stdin().lock(), &options)
+                .map_err(|error| error.at_path(Path::new("<stdin>")))
+        } else {
+            Scene::read(path, &options)
+        };
+        let scene = scene.map_err(|error| Failure::Read(Box::new(error)))?;
+        let name = printable(path.display());
+        for note in scene.notes() {
+            console.message(format_args!("{name}: {}", printable(note)));
+        }
+        scene.lost().iter().for_each(|lost| console.lose(&name, "reading", lost));
+        Ok(scene)
+    }
+
+    /// How the meshes of a scene are built: split vertices are joined unless a weld is given.
+    pub(crate) fn scene_rules(&self) -> SceneRules {
+        let repair = self.repair.repair(Weld::None);
+        SceneRules {
+            repair,
+            needed_repairs: !self.repair.strict,
+            join: self.repair.weld.is_none() && repair.weld == Weld::None,
+            ..SceneRules::default()
+        }
+    }
+
+    /// Whether vertices within a distance are welded, which is a length of one mesh.
+    pub(crate) fn welds_within(&self) -> bool {
+        matches!(self.repair.weld, Some(WeldName::Within(_)))
+    }
+
+    /// Whether empty meshes are allowed.
+    pub(crate) fn allows_empty(&self) -> bool {
+        self.read.allow_empty
+    }
+
     /// Reads a file or the standard input without repairs, and reports what the reader skipped.
     pub(crate) fn read(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
         self.read.read(path, console)
@@ -325,7 +369,7 @@ pub(crate) fn assemble(
     let mut only_join = Repair::strict();
     only_join.weld = if joined { asked.weld } else { Weld::None };
     if made == Made::AsNeeded && *asked == only_join {
-        console.message(format_args!("{name}: {}", needed(report)));
+        console.message(format_args!("{name}: {}", needed(report.repairs())));
     } else {
         console.message(format_args!("{name}: {report}"));
     }
@@ -333,10 +377,13 @@ pub(crate) fn assemble(
 }
 
 /// One line about repairs that were not asked for.
-fn needed(report: &BuildReport) -> String {
-    let repairs = report.repairs().map(|(what, count)| format!("{what}: {count}"));
+pub(crate) fn needed(repairs: impl Iterator<Item = (&'static str, usize)>) -> String {
+    let mut welds_only = true;
+    let repairs = repairs.map(|(what, count)| {
+        welds_only &= what == BuildReport::MERGED;
+        format!("{what}: {count}")
+    });
     let repairs = repairs.collect::<Vec<_>>().join(", ");
-    let welds_only = report.repairs().all(|(what, _)| what == BuildReport::MERGED);
     let cure =
         if welds_only { "--weld none keeps them apart" } else { "--strict refuses such a mesh" };
     format!("{repairs} ({cure})")

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use mesh_io::{
-    Encoding, Format, Model, Precision, Staged, StlColors, WriteError, WriteOptions, WriteReport,
+    Encoding, Format, Model, Precision, Scene, Staged, StlColors, WriteError, WriteOptions,
+    WriteReport,
 };
 
 use crate::args::{FormatName, is_standard};
@@ -163,6 +164,29 @@ pub(crate) fn save(
             written
         }
         _ => while_writing(path, || mesh_io::write(path, model, &settings)),
+    };
+    let report = written.map_err(|source| Failure::write(path, source))?;
+    explain(path, &report, console);
+    Ok(())
+}
+
+/// Writes a scene, whole or not at all, and reports losses.
+pub(crate) fn save_scene(
+    path: &Path,
+    scene: &Scene,
+    options: &SaveOptions,
+    console: &Console,
+) -> Result<(), Failure> {
+    let written = match options.format_of(path) {
+        Some(format) if is_standard(path) => {
+            let mut bytes = Vec::new();
+            let written = scene.write_to(&mut bytes, format);
+            if written.is_ok() {
+                to_stdout(&bytes)?;
+            }
+            written
+        }
+        _ => while_writing(path, || scene.write(path, &options.write_options())),
     };
     let report = written.map_err(|source| Failure::write(path, source))?;
     explain(path, &report, console);

@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
-use mesh_work::{Choices, ConstraintChoices, Length, parse_length};
+use mesh_work::{Choices, ConstraintChoices, Length, SceneTarget, parse_length};
 use simplify::{
     AttributeOptions, ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress,
     Protect, Rejection, Rejections, Target,
@@ -87,6 +87,11 @@ impl Targets {
             Some((_, name)) => Err(beyond_regions(name)),
             None => Ok(Target { faces: *faces, ratio: self.ratio(), ..Target::default() }),
         }
+    }
+
+    /// The targets for a scene.
+    pub(crate) fn of_scene(&self, relative: bool) -> SceneTarget {
+        SceneTarget { faces: self.faces, ratio: self.ratio(), max_error: self.max_error, relative }
     }
 
     /// The targets for a mesh, lengths in its units.
@@ -239,7 +244,8 @@ impl Policy {
         self.verify
     }
 
-    fn choices(&self) -> Choices {
+    /// The choices for the library.
+    pub(crate) fn choices(&self) -> Choices {
         Choices {
             preset: self.preset,
             placement: self.placement,

@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh_io::Model;
+use mesh_io::{Model, Scene};
 use mesh_work::Loaded;
 use serde::Serialize;
 
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
-use crate::save::{SaveOptions, make_folder_of, save};
+use crate::save::{SaveOptions, make_folder_of, save, save_scene};
 use crate::text::printable;
 
 /// A mesh to read.
@@ -56,6 +56,31 @@ impl Task {
                 make_folder_of(output)?;
             }
             save(output, model, options, console)
+        })
+    }
+
+    /// Writes a scene.
+    pub(crate) fn save_scene(
+        &self,
+        scene: &Scene,
+        options: &SaveOptions,
+        seconds: &mut Seconds,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        let Some(output) = &self.output else { return Ok(()) };
+        let pictures = scene.file_pictures();
+        if !pictures.is_empty() && self.input.parent() != output.parent() {
+            let (name, first) = (printable(output.display()), printable(pictures[0]));
+            console.message(format_args!(
+                "{name}: it names {} pictures in files beside the input, such as {first}; copy them to its folder",
+                pictures.len()
+            ));
+        }
+        Seconds::time(&mut seconds.save, || {
+            if self.makes_folder {
+                make_folder_of(output)?;
+            }
+            save_scene(output, scene, options, console)
         })
     }
 

@@ -2,6 +2,8 @@
 
 mod attributes;
 mod book;
+#[path = "../../mesh-io/tests/built_scene/mod.rs"]
+mod built_scene;
 mod commands;
 mod common;
 mod compare;
@@ -18,6 +20,7 @@ mod pictures;
 mod points;
 mod principal;
 mod real_meshes;
+mod scenes;
 mod settings;
 mod shapes;
 mod simplify;

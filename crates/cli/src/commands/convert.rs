@@ -5,7 +5,9 @@ use serde::Serialize;
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::load::Seconds;
+use crate::scene::Merging;
 use crate::session::{Outcome, Session};
 use crate::streaming::{self, Streaming};
 use crate::task::{Done, Task};
@@ -13,7 +15,8 @@ use crate::task::{Done, Task};
 /// Convert between formats, repairing as asked
 ///
 /// Without repairs the faces are written as they are read, polygons and defects included. With
-/// repairs the output is an oriented 2-manifold of triangles.
+/// repairs the output is an oriented 2-manifold of triangles. A scene that is written as glTF or GLB
+/// stays whole.
 ///
 ///     curvmesh convert scan.ply -o scan.glb
 ///     curvmesh convert parts.stl -o whole.obj --lenient
@@ -28,6 +31,8 @@ use crate::task::{Done, Task};
 pub(crate) struct Convert {
     #[command(flatten)]
     job: Job,
+    #[command(flatten)]
+    merging: Merging,
     #[command(flatten)]
     streaming: Streaming,
 }
@@ -50,26 +55,46 @@ impl Convert {
 
 pub(crate) fn run(options: &Convert, session: &Session) -> Result<Outcome, Failure> {
     check_output(&options.job, &session.given)?;
-    options.job.run(session, &|task, console| one(options, task, console))
+    options.job.run(session, &|task, console| one(options, task, &session.given, console))
 }
 
-fn one(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
+/// The options that need one mesh: repairs, and the meaning of its numbers.
+const NEEDING_ONE: [&str; 11] = [
+    "strict",
+    "lenient",
+    "weld",
+    "drop_out_of_range",
+    "drop_degenerate",
+    "drop_duplicates",
+    "reorient",
+    "cut_non_manifold",
+    "drop_unreferenced",
+    "labels",
+    "blend",
+];
+
+fn one(options: &Convert, task: &Task, given: &Given, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let loading = &options.job.loading;
     if options.streaming.is_needed(&[&task.input], loading)? {
         return passing(options, task, console);
     }
+    let at = (given, console);
+    if options.merging.keeps_scene(task, loading, &options.job.save, &NEEDING_ONE, at)? {
+        let scene = Seconds::time(&mut seconds.load, || loading.scene(&task.input, console))?;
+        task.save_scene(&scene, &options.job.save, &mut seconds, console)?;
+        let counts = scene.counts().map(|count| count as usize);
+        return report(task, counts, seconds, console);
+    }
     let model = Seconds::time(&mut seconds.load, || loading.content(&task.input, console))?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let counts = [model.soup.vertex_count(), model.soup.face_count()];
-    let report = task.report(console, counts, Nothing {}, seconds);
-    let brief = format!("{} vertices, {} faces", report.vertices, report.faces);
-    report.done(console, format!("{}: {brief}", report.subject()), brief)
+    report(task, counts, seconds, console)
 }
 
 /// Converts a mesh that is larger than memory as a stream.
 fn passing(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
-    let Convert { job, streaming } = options;
+    let Convert { job, streaming, .. } = options;
     let mut seconds = Seconds::default();
     let (disk_mesh, _scratch) = streaming.disk_mesh_of(task, job, &mut seconds, console)?;
     Seconds::time(&mut seconds.save, || {
@@ -77,6 +102,15 @@ fn passing(options: &Convert, task: &Task, console: &Console) -> Result<Done, Fa
     })?;
     let summary = disk_mesh.summary();
     let counts = [summary.vertices as usize, summary.faces as usize];
+    report(task, counts, seconds, console)
+}
+
+fn report(
+    task: &Task,
+    counts: [usize; 2],
+    seconds: Seconds,
+    console: &Console,
+) -> Result<Done, Failure> {
     let report = task.report(console, counts, Nothing {}, seconds);
     let brief = format!("{} vertices, {} faces", report.vertices, report.faces);
     report.done(console, format!("{}: {brief}", report.subject()), brief)

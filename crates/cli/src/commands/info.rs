@@ -7,13 +7,16 @@ use mesh_core::PolygonSoup;
 use mesh_core::build::{BuildError, Repair};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use mesh_core::measure::SoupMeasures;
+use mesh_io::Format;
 use out_of_core::Statistics;
 use serde::Serialize;
 
+use crate::args::is_standard;
 use crate::batch::run_on;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loading, Made, Seconds, assemble};
+use crate::scene_tree::SceneTree;
 use crate::session::{Outcome, Session};
 use crate::streaming::{Streaming, with_bar};
 use crate::task::{Done, Report, Task};
@@ -21,7 +24,8 @@ use crate::task::{Done, Report, Task};
 /// Count the parts and defects of a mesh, and measure it
 ///
 /// Works on anything that can be read, sound or not, and reports the file as it is. With repairs,
-/// it reports the repaired mesh; with `--weld` alone, the welded file, sound or not.
+/// it reports the repaired mesh; with `--weld` alone, the welded file, sound or not. A glTF scene is
+/// shown as a tree.
 ///
 ///     curvmesh info scan.ply
 ///     curvmesh info scans/
@@ -72,6 +76,9 @@ struct Results {
     area: Option<f64>,
     /// Only a closed, oriented mesh encloses a volume; null for others.
     volume: Option<f64>,
+    /// The scene of a glTF file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scene: Option<SceneTree>,
 }
 
 pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure> {
@@ -83,12 +90,20 @@ fn one(options: &Info, task: &Task, console: &Console) -> Result<Done, Failure> 
     let mut seconds = Seconds::default();
     if options.streaming.is_needed(&[input], &options.loading)? {
         let statistics = statistics(options, input, console, &mut seconds)?;
-        return report(task, &statistics.diagnosis, &statistics.measures, seconds, console);
+        let results = results(&statistics.measures, &statistics.diagnosis);
+        return report(task, &statistics.diagnosis, results, seconds, console);
     }
     let soup = Seconds::time(&mut seconds.load, || subject(&options.loading, input, console))?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
         .map_err(|source| rejected(input, source))?;
-    report(task, &diagnosis, &soup.measure(), seconds, console)
+    let scene = match options.loading.format(input)? {
+        Some(Format::Gltf | Format::Glb) if !is_standard(input) => {
+            Some(SceneTree::of(&options.loading.scene(input, console)?))
+        }
+        _ => None,
+    };
+    let results = Results { scene, ..results(&soup.measure(), &diagnosis) };
+    report(task, &diagnosis, results, seconds, console)
 }
 
 /// Statistics of a streamed mesh.
@@ -110,12 +125,12 @@ fn statistics(
 fn report(
     task: &Task,
     diagnosis: &Diagnosis,
-    measures: &SoupMeasures,
+    results: Results,
     seconds: Seconds,
     console: &Console,
 ) -> Result<Done, Failure> {
     let counts = [diagnosis.vertices, diagnosis.faces];
-    let report = task.report(console, counts, results(measures, diagnosis), seconds);
+    let report = task.report(console, counts, results, seconds);
     report.done(console, report.to_string(), String::new())
 }
 
@@ -175,6 +190,7 @@ fn results(measures: &SoupMeasures, found: &Diagnosis) -> Results {
         bbox_max: bounds.map(|b| b.max.to_array()),
         area: bounds.and_then(|_| finite(measures.area)),
         volume: bounds.and_then(|_| finite(measures.volume)).filter(|_| encloses),
+        scene: None,
     }
 }
 
@@ -221,6 +237,9 @@ impl fmt::Display for Report<Results> {
         }
         if let Some(volume) = found.volume {
             write!(f, "\n  volume       {volume}")?;
+        }
+        if let Some(scene) = &found.scene {
+            write!(f, "\n{scene}")?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! `curvmesh simplify`: edge collapse to fewer faces.
+//! `curvmesh simplify` of one mesh: edge collapse to fewer faces.
 
 use std::collections::BTreeMap;
 
@@ -11,56 +11,18 @@ use out_of_core::ResultMesh;
 use serde::Serialize;
 use simplify::{FitReport, Options, Shortfall, Simplified, simplify_observed};
 
-use crate::batch::{Job, check_output};
-use crate::carry::{Carry, OF_ATTRIBUTES, ONLY_SHAPES};
+use crate::batch::Job;
+use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
+use crate::commands::simplify::options::Simplify;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::interrupt::Interruption;
-use crate::large::{self, Large, Passes, RegionSettings};
+use crate::large::{self, Passes, RegionSettings};
 use crate::load::{Loading, Seconds};
 use crate::save::make_folder_of;
-use crate::session::{Outcome, Session};
-use crate::simplify_options::{Constraining, Policy, Targets, cause, rejected, settings, show};
+use crate::simplify_options::{cause, rejected, settings, show};
 use crate::task::{Done, Report, Task};
-use crate::view::{self, Look, name_of};
-
-/// Simplify a mesh by collapsing edges
-///
-/// The first target that is reached ends the run, and the report names it. Without a target, half of
-/// the faces stay.
-///
-///     curvmesh simplify scan.ply -o half.ply
-///     curvmesh simplify scan.ply -o small.ply --faces 3000
-///     curvmesh simplify part.stl -o part.obj --max-error 0.2% --verify
-///     curvmesh simplify truck.glb -o truck-30.glb --ratio 0.3 --preset quality
-///     curvmesh simplify scan.obj -o upload.glb --bytes 5MB
-///     curvmesh simplify part.ply -o part-lite.ply --keep selected --max-edge 5% --min-angle 10
-///     curvmesh simplify a.stl b.stl scans/ -o small/ --ratio 0.1 --resume
-#[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
-pub(crate) struct Simplify {
-    #[command(flatten)]
-    targets: Targets,
-    #[command(flatten)]
-    policy: Policy,
-    #[command(flatten)]
-    constraining: Constraining,
-    #[command(flatten)]
-    carry: Carry,
-    /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default,
-    /// small charts are merged where the borders need more than a fifth of the wanted faces
-    #[arg(long, help_heading = "Attributes", conflicts_with = "no_attributes")]
-    keep_seams: bool,
-    #[command(flatten)]
-    interruption: Interruption,
-    #[command(flatten)]
-    look: Look,
-    #[command(flatten)]
-    large: Large,
-    #[command(flatten)]
-    job: Job,
-}
+use crate::view::{self, name_of};
 
 /// All settings, with those of the preset.
 #[derive(Default, Serialize)]
@@ -171,15 +133,12 @@ impl From<&FitReport> for Fit {
     }
 }
 
-pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Failure> {
-    options.targets.explain(&session.console);
-    options.policy.check_given(&session.given)?;
-    check_output(&options.job, &session.given)?;
-    options.look.check(&options.job.inputs)?;
-    options.job.run(session, &|task, console| one(options, task, &session.given, console))
-}
-
-fn one(options: &Simplify, task: &Task, given: &Given, console: &Console) -> Result<Done, Failure> {
+pub(crate) fn one(
+    options: &Simplify,
+    task: &Task,
+    given: &Given,
+    console: &Console,
+) -> Result<Done, Failure> {
     if options.large.is_needed(&task.input, &options.job.loading)? {
         given.refuse(&OF_ATTRIBUTES, ONLY_SHAPES)?;
         given.refuse(&["keep_seams"], ONLY_SHAPES)?;

@@ -1,0 +1,232 @@
+//! `curvmesh simplify` of a scene: each mesh once, and everything else as it is.
+
+use std::collections::BTreeMap;
+
+use mesh_io::Lost;
+use mesh_work::{Choices, MeshOfScene, SceneRules, SimplifiedScene, simplify_scene};
+use serde::Serialize;
+use simplify::{AchievedError, Options, Target};
+
+use crate::commands::simplify::options::Simplify;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::given::Given;
+use crate::load::{Seconds, needed};
+use crate::simplify_options::{cause, settings, show};
+use crate::task::{Done, Report, Task};
+use crate::text::printable;
+
+/// The options that need one mesh.
+const NEEDING_ONE: [&str; 13] = [
+    "vertices",
+    "bytes",
+    "max_cost",
+    "time_limit",
+    "keep",
+    "weight",
+    "max_edge",
+    "min_angle",
+    "max_valence",
+    "no_attributes",
+    "labels",
+    "blend",
+    "view",
+];
+
+#[derive(Serialize)]
+struct Results {
+    preset: String,
+    /// The settings of every mesh, without its target.
+    settings: Options,
+    /// The numbers of faces that are drawn.
+    faces_in: usize,
+    faces_out: usize,
+    meshes: Vec<OfMesh>,
+}
+
+/// A mesh of the scene. Errors are in units of the scene, where the mesh is drawn largest.
+#[derive(Serialize)]
+struct OfMesh {
+    mesh: usize,
+    name: Option<String>,
+    /// The number of times that it is drawn.
+    times: usize,
+    scale: f64,
+    faces_in: usize,
+    faces_out: usize,
+    vertices_out: usize,
+    rms: f64,
+    max: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<AchievedError>,
+    stop: &'static str,
+    /// The number of faces that was wanted and not reached.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wanted_faces: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    charts: Option<[usize; 2]>,
+}
+
+/// Whether the task is a scene that stays one.
+pub(super) fn is_kept(
+    options: &Simplify,
+    task: &Task,
+    given: &Given,
+    console: &Console,
+) -> Result<bool, Failure> {
+    let job = &options.job;
+    if options.large.is_needed(&task.input, &job.loading)? {
+        return Ok(false);
+    }
+    let merging = options.scenes.merging;
+    merging.keeps_scene(task, &job.loading, &job.save, &NEEDING_ONE, (given, console))
+}
+
+pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let loading = &options.job.loading;
+    let scene = Seconds::time(&mut seconds.load, || loading.scene(&task.input, console))?;
+    let choices = options.policy.choices();
+    let rules = SceneRules {
+        target: options.targets.of_scene(loading.relative),
+        budget: options.scenes.budget(),
+        choices,
+        attributes: options.carry.rules(),
+        keep_seams: options.keep_seams,
+        ..loading.scene_rules()
+    };
+    let bar = console.progress(scene.counts()[1], "collapsing");
+    let made = Seconds::time(&mut seconds.compute, || {
+        simplify_scene(&scene, &rules, &mut |now| show(&bar, now))
+    });
+    bar.finish_and_clear();
+    let failed = |error| Failure::scene(&task.input, task.output.as_deref(), error);
+    let made = made.map_err(failed)?;
+    if made.meshes.is_empty() && !loading.allows_empty() {
+        return Err(Failure::NothingLeft(task.input.clone()));
+    }
+    tell(&made, task, console);
+    task.save_scene(&made.scene, &options.job.save, &mut seconds, console)?;
+    let results = Results::new(options, &choices, &made.meshes);
+    let counts = scene.counts().map(|count| count as usize);
+    let report = task.report(console, counts, results, seconds);
+    let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
+    report.done(console, summary(&report), brief)
+}
+
+/// Reports repairs, unreached targets and losses.
+fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
+    let name = printable(task.input.display());
+    let mut repairs = BTreeMap::new();
+    for (what, count) in made.meshes.iter().flat_map(|mesh| mesh.repairs.repairs()) {
+        *repairs.entry(what).or_insert(0) += count;
+    }
+    if !repairs.is_empty() {
+        console.repaired(&name, repairs.clone().into_iter());
+        console.message(format_args!("{name}: {}", needed(repairs.into_iter())));
+    }
+    let mut lost = made.lost.clone();
+    let flat = made.meshes.iter().filter(|mesh| mesh.is_flat_shaded).count() as u64;
+    if flat > 0 {
+        let why = "every face has a normal of its own, and a mesh without normals looks the same";
+        lost.push(Lost::some("normals of flat-shaded meshes", flat, why));
+    }
+    for mesh in &made.meshes {
+        let title = title(mesh.name.as_deref(), mesh.mesh);
+        for primitive in &mesh.removed {
+            let what = format!("{title}: primitive {primitive}");
+            lost.push(Lost::new(what, "it has no face at this target; ask for more faces"));
+        }
+        if let Some([before, after]) = mesh.charts {
+            console.message(format_args!(
+                "{title}: charts of textures, materials and primitives: {before} -> {after} (--keep-seams keeps them)"
+            ));
+        }
+        if let Some(shortfall) = &mesh.shortfall {
+            let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
+                cause(rejection).map(|cause| format!("{cause}: {count} collapses rejected"))
+            });
+            let reasons: Vec<String> = reasons.collect();
+            let reasons = match reasons.as_slice() {
+                [] => String::new(),
+                reasons => format!(" ({})", reasons.join("; ")),
+            };
+            console.message(format_args!(
+                "{title}: the target of {} faces was not reached: {} are left{reasons}",
+                shortfall.wanted_faces.unwrap_or_default(),
+                mesh.faces[1]
+            ));
+        }
+    }
+    for lost in &lost {
+        console.message(format_args!("{name}: lost {lost}"));
+        console.lose(&name, console.command(), lost);
+    }
+}
+
+/// The name of a mesh for people.
+fn title(name: Option<&str>, mesh: usize) -> String {
+    name.map_or_else(|| format!("mesh {mesh}"), printable)
+}
+
+impl Results {
+    fn new(options: &Simplify, choices: &Choices, meshes: &[MeshOfScene]) -> Self {
+        let drawn = |after: usize| meshes.iter().map(|mesh| mesh.times * mesh.faces[after]).sum();
+        Self {
+            preset: options.policy.preset.to_string(),
+            settings: settings(&choices.options_without_features(Target::default())),
+            faces_in: drawn(0),
+            faces_out: drawn(1),
+            meshes: meshes.iter().map(OfMesh::from).collect(),
+        }
+    }
+}
+
+impl From<&MeshOfScene> for OfMesh {
+    fn from(mesh: &MeshOfScene) -> Self {
+        Self {
+            mesh: mesh.mesh,
+            name: mesh.name.clone(),
+            times: mesh.times,
+            scale: mesh.scale,
+            faces_in: mesh.faces[0],
+            faces_out: mesh.faces[1],
+            vertices_out: mesh.vertices[1],
+            rms: mesh.rms,
+            max: mesh.max,
+            error: mesh.bound,
+            stop: mesh.stop.name(),
+            wanted_faces: mesh.shortfall.as_ref().and_then(|shortfall| shortfall.wanted_faces),
+            charts: mesh.charts,
+        }
+    }
+}
+
+/// More meshes than this are only counted.
+const MOST_LINES: usize = 20;
+
+fn summary(report: &Report<Results>) -> String {
+    let found = &report.results;
+    let mut text = format!(
+        "{}: {} -> {} faces in {} meshes, {:.3} s",
+        report.subject(),
+        found.faces_in,
+        found.faces_out,
+        found.meshes.len(),
+        report.seconds.compute
+    );
+    for mesh in found.meshes.iter().take(MOST_LINES) {
+        let title = title(mesh.name.as_deref(), mesh.mesh);
+        let OfMesh { times, faces_in, faces_out, rms, max, .. } = mesh;
+        text += &format!(
+            "\n  {title}: drawn {times} times, {faces_in} -> {faces_out} faces, distance {rms:.3e} (rms), {max:.3e} (largest)"
+        );
+        if let Some(AchievedError { lower, upper: Some(upper) }) = mesh.error {
+            text += &format!(", proved between {lower:.6e} and {upper:.6e}");
+        }
+    }
+    if found.meshes.len() > MOST_LINES {
+        text += &format!("\n  and {} more", found.meshes.len() - MOST_LINES);
+    }
+    text
+}

@@ -1,0 +1,213 @@
+//! Scenes stay scenes, and what cannot be kept is said.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
+
+use std::path::Path;
+
+use crate::built_scene::{Builder, ball, parts, rich, without};
+use crate::common::{code, curvmesh, json};
+use mesh_io::Format;
+use serde_json::{Value, json as value};
+
+/// A car with two wheels that share a mesh, a camera, and extras.
+fn car() -> Vec<u8> {
+    let mut scene = Builder::new();
+    let (positions, triangles) = ball(20, 10);
+    let primitive = value!({
+        "attributes": { "POSITION": scene.positions(&positions) }, "indices": scene.indices(&triangles),
+    });
+    let wheel =
+        value!({ "name": "wheel", "primitives": [primitive], "extras": { "mat": "rubber" } });
+    let wheel = scene.push("meshes", wheel);
+    let place =
+        |name: &str, x: f64| value!({ "name": name, "mesh": wheel, "translation": [x, 0, 0] });
+    let mut front = place("front", 3.0);
+    front["extras"] = value!({ "part_no": "A-113" });
+    let children = [front, place("back", -3.0)].map(|node| scene.push("nodes", node));
+    scene.node(value!({ "name": "car", "children": children }));
+    let camera = value!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } });
+    let camera = scene.push("cameras", camera);
+    scene.node(value!({ "name": "cam", "camera": camera }));
+    scene.glb()
+}
+
+fn file(folder: &Path, name: &str, bytes: &[u8]) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn document(path: &str) -> Value {
+    parts(&std::fs::read(path).unwrap()).0
+}
+
+const GEOMETRY: [&str; 4] = ["accessors", "bufferViews", "buffers", "meshes"];
+
+#[test]
+fn a_car_stays_a_car() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "car.glb", &car());
+    let output = folder.path().join("out.glb");
+    let output = output.to_str().unwrap();
+    let report = json(&["convert", &input, "-o", output]);
+    assert_eq!(report["lost"], value!([]));
+    assert_eq!(document(&input), document(output));
+    let report = json(&["simplify", &input, "-o", output, "--ratio", "0.5"]);
+    assert_eq!(report["lost"], value!([]));
+    assert_eq!(without(&document(&input), &GEOMETRY), without(&document(output), &GEOMETRY));
+    let [old, new] = [&input, output].map(|path| document(path)["meshes"].clone());
+    assert_eq!(old.as_array().unwrap().len(), new.as_array().unwrap().len());
+    assert_eq!(without(&old[0], &["primitives"]), without(&new[0], &["primitives"]));
+    let mesh = &report["meshes"][0];
+    assert!(mesh["name"] == "wheel" && mesh["times"] == 2 && mesh["faces_in"] == 360, "{report}");
+    assert!(mesh["faces_out"] == 180 && report["faces_out"] == 360, "{report}");
+    assert!(mesh["max"].as_f64().unwrap() > 0.0 && mesh["rms"].as_f64().unwrap() > 0.0);
+    // The merged mesh has the faces of both.
+    assert_eq!(mesh_io::read(output).unwrap().soup.face_count(), 360);
+    // glTF in, GLB out, and the other way round.
+    let text = folder.path().join("out.gltf");
+    json(&["convert", output, "-o", text.to_str().unwrap()]);
+    let again = folder.path().join("again.glb");
+    json(&["convert", text.to_str().unwrap(), "-o", again.to_str().unwrap()]);
+    assert_eq!(document(output), document(again.to_str().unwrap()));
+}
+
+#[test]
+fn options_that_need_one_mesh_make_one_and_say_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "car.glb", &car());
+    let output = folder.path().join("out.glb");
+    let output = output.to_str().unwrap();
+    let start = ["simplify", &input, "-o", output, "--ratio", "0.5"];
+    for more in [&["--max-edge", "10"][..], &["--no-attributes"], &["--weld", "0.0001"]] {
+        let (status, said) = code(&[&start[..], more].concat());
+        assert_eq!(status, 0, "{said}");
+        let option = more[0];
+        assert!(said.contains(&format!("{option} works on one mesh")), "{said}");
+        assert!(said.contains("lost cameras (1)"), "{said}");
+        assert_eq!(document(output)["nodes"].as_array().unwrap().len(), 1);
+    }
+    let (_, said) = code(&[&start[..], &["--one-mesh"]].concat());
+    assert!(!said.contains("works on one mesh") && said.contains("lost cameras (1)"), "{said}");
+    let report = json(&["convert", &input, "-o", output, "--lenient"]);
+    assert!(report["lost"].as_array().unwrap().len() > 2, "{report}");
+    // A budget for each mesh has no meaning without meshes.
+    let ply = folder.path().join("out.ply");
+    let (status, said) = code(&["simplify", &input, "-o", ply.to_str().unwrap(), "--per", "mesh"]);
+    assert!(status == 2 && said.contains("--per"), "{said}");
+}
+
+#[test]
+fn errors_are_proved_in_units_of_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "rich.glb", &rich().glb());
+    let output = folder.path().join("out.glb");
+    let output = output.to_str().unwrap();
+    let limits = ["--max-error", "0.05", "--verify"];
+    let report = json(&[&["simplify", &input, "-o", output][..], &limits].concat());
+    let meshes = report["meshes"].as_array().unwrap();
+    assert_eq!(meshes.len(), 3);
+    for mesh in meshes {
+        let upper = mesh["error"]["upper"].as_f64().unwrap();
+        assert!(upper <= 0.05 && mesh["max"].as_f64().unwrap() <= upper, "{mesh}");
+        assert!(mesh["faces_out"].as_u64() < mesh["faces_in"].as_u64(), "{mesh}");
+    }
+    assert!((meshes[0]["scale"].as_f64().unwrap() - 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_folder_of_scenes_stays_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = folder.path().join("scenes");
+    std::fs::create_dir(&scenes).unwrap();
+    file(&scenes, "car.glb", &car());
+    file(&scenes, "rich.glb", &rich().glb());
+    let out = folder.path().join("small");
+    let (status, said) = code(&[
+        "simplify",
+        scenes.to_str().unwrap(),
+        "-o",
+        out.to_str().unwrap(),
+        "--ratio",
+        "0.3",
+    ]);
+    assert_eq!(status, 0, "{said}");
+    for name in ["car.glb", "rich.glb"] {
+        let [old, new] = [&scenes, &out].map(|f| document(f.join(name).to_str().unwrap()));
+        let changing = [&GEOMETRY[..], &["animations", "skins"]].concat();
+        assert_eq!(without(&old, &changing), without(&new, &changing));
+    }
+}
+
+#[test]
+fn positions_that_are_not_finite_are_not_written() {
+    let mut scene = Builder::new();
+    let positions = scene.floats(&[[0.0, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let primitive = value!({ "attributes": { "POSITION": positions } });
+    let mesh = scene.push("meshes", value!({ "primitives": [primitive] }));
+    scene.node(value!({ "mesh": mesh }));
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "infinite.glb", &scene.glb());
+    let output = folder.path().join("out.glb");
+    for command in ["convert", "simplify"] {
+        let (status, said) = code(&[command, &input, "-o", output.to_str().unwrap()]);
+        assert!(matches!(status, 3 | 4) && said.contains("inf"), "{status} {said}");
+        assert!(!output.exists());
+    }
+}
+
+/// The second set of texture coordinates, for a light map.
+#[test]
+fn a_light_map_stays() {
+    let mut scene = Builder::new();
+    let (mut positions, mut uvs, mut triangles) = (vec![], vec![], vec![]);
+    for i in 0..=12_u32 {
+        for j in 0..=12_u32 {
+            let [x, y] = [i, j].map(|k| k as f32 / 12.0);
+            positions.push([x, y, 0.0]);
+            uvs.push([0.5 * x, 0.25 + 0.5 * y]);
+            if i < 12 && j < 12 {
+                let at = |i: u32, j: u32| 13 * i + j;
+                triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+                triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    let attributes = value!({
+        "POSITION": scene.positions(&positions), "TEXCOORD_0": scene.floats(&uvs), "TEXCOORD_1": scene.floats(&uvs),
+    });
+    let primitive = value!({ "attributes": attributes, "indices": scene.indices(&triangles) });
+    let mesh = scene.push("meshes", value!({ "primitives": [primitive] }));
+    scene.node(value!({ "mesh": mesh, "name": "floor" }));
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "floor.glb", &scene.glb());
+    let output = folder.path().join("out.glb");
+    let path = output.to_str().unwrap();
+    json(&["simplify", &input, "-o", path, "--ratio", "0.2"]);
+    let model = mesh_io::read(&output).unwrap();
+    assert_eq!(model.more_corner_uvs.len(), 1);
+    for (uv, &vertex) in model.more_corner_uvs[0].iter().zip(model.soup.corners()) {
+        let at = model.soup.positions()[vertex as usize];
+        // The model has its origin at the lower left.
+        let off = (f64::from(uv[0]) - 0.5 * at.x)
+            .abs()
+            .max((1.0 - f64::from(uv[1]) - 0.25 - 0.5 * at.y).abs());
+        assert!(off < 1e-6, "{uv:?} {at}");
+    }
+    assert_eq!(document(path)["nodes"][0]["name"], "floor");
+    assert_eq!(Format::detect(&std::fs::read(&output).unwrap(), None, None), Some(Format::Glb));
+}
+
+#[test]
+fn a_scene_is_shown_as_a_tree() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "car.glb", &car());
+    let report = json(&["info", &input]);
+    assert_eq!(report["scene"]["parts"], value!({ "meshes": 1, "cameras": 1, "scenes": 1 }));
+    let nodes = report["scene"]["nodes"].as_array().unwrap();
+    let found =
+        nodes.iter().map(|node| (node["name"].as_str().unwrap(), node["depth"].as_u64().unwrap()));
+    assert_eq!(found.collect::<Vec<_>>(), [("car", 0), ("front", 1), ("back", 1), ("cam", 0)]);
+    assert_eq!(nodes[1]["mesh"], value!({ "mesh": 0, "name": "wheel", "faces": 360 }));
+    let text = String::from_utf8(curvmesh(&["info", &input]).stdout).unwrap();
+    assert!(text.contains("\n      front: mesh wheel, 360 faces (extras)\n"), "{text}");
+}
