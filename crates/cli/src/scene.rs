@@ -25,7 +25,7 @@ pub(crate) struct Merging {
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Scenes (glTF and GLB, read and written)")]
 pub(crate) struct Scenes {
-    /// What the targets are for: the whole scene, so that its largest errors are equal, or each mesh by itself
+    /// What the targets are for: the whole scene, so that its error is least, or each mesh by itself
     #[arg(
         long,
         value_name = "scene|mesh",

@@ -75,7 +75,7 @@ pub struct SceneTarget {
 /// What shares a number of faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SceneBudget {
-    /// The scene: the largest errors of the meshes, as they are drawn, are equal as far as possible.
+    /// The scene: the squared distance from the input, over all surfaces as they are drawn, is least.
     #[default]
     Scene,
     /// Each mesh by itself: the target is for every mesh.
@@ -185,8 +185,8 @@ const LEAST_SHARE: f64 = 0.5;
 /// Numbers of faces at which the error is measured are this factor apart.
 const STEP: f64 = 0.6;
 /// Samples of a face and the most samples, for the division of the faces and for the report.
-const FEW_SAMPLES: [usize; 2] = [2, 4_000];
-const SAMPLES: [usize; 2] = [10, 50_000];
+const FEW_SAMPLES: [usize; 2] = [1, 2_000];
+const SAMPLES: [usize; 2] = [5, 20_000];
 /// The fewest samples.
 const LEAST_SAMPLES: usize = 500;
 
@@ -195,8 +195,8 @@ const LEAST_SAMPLES: usize = 500;
 /// Primitives of a mesh are simplified together, so that borders between them stay closed. Primitives of points or
 /// lines stay as they are.
 ///
-/// With [`SceneBudget::Scene`], the drawn faces are divided so that the largest distances, measured on a quick
-/// simplification, are equal. A mesh that the default scene does not draw has its own budget, with the same ratio.
+/// With [`SceneBudget::Scene`], the drawn faces are divided so that the squared distance from the input, measured on a
+/// quick simplification and summed over all drawn surfaces, is least. A mesh that the default scene does not draw has its own budget, with the same ratio.
 /// A single mesh gives the same geometry as [`simplify_observed`] with the same options.
 ///
 /// # Errors
@@ -340,7 +340,8 @@ impl Part {
         CompareOptions { samples, ..CompareOptions::default() }
     }
 
-    /// The largest error at falling numbers of faces, from a quick simplification, at the scale of the scene.
+    /// The squared distance, summed over the surface, at falling numbers of faces, from a quick simplification, at the
+    /// scale of the scene.
     fn curve(&self, rules: &SceneRules, share: f64) -> Result<Curve, SceneError> {
         let (mesh, faces) = (&self.loaded.mesh, self.faces());
         let equal = share * faces as f64;
@@ -355,6 +356,7 @@ impl Part {
             .map_err(|source| self.error(source))?;
         let original = Surface::new(mesh)?;
         let sampling = self.sampling(FEW_SAMPLES);
+        let area = mesh.area();
         let mut points = vec![(faces, 0.0)];
         let last = run.mesh.topology().face_count();
         let mut wanted = faces as f64;
@@ -367,7 +369,9 @@ impl Part {
                 continue;
             }
             let distance = compare(&original, &Surface::new(&level)?, &sampling);
-            points.push((count, self.scale * distance.hausdorff()));
+            // Areas grow with the square of the scale, and squared distances as well.
+            let squared = (self.scale * self.scale * distance.rms()).powi(2);
+            points.push((count, area * squared));
         }
         Ok(Curve { times: self.times, points, least })
     }

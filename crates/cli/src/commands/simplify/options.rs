@@ -10,8 +10,9 @@ use crate::view::Look;
 
 /// Simplify a mesh by collapsing edges
 ///
-/// A glTF or GLB file that is written as glTF or GLB stays a scene: each of its meshes is simplified once, with all data
-/// of its vertices, and everything else stays as it is. The faces go where the error of the scene is largest.
+/// A glTF or GLB file that is written as glTF or GLB stays a scene: each of its meshes is simplified
+/// once, with all data of its vertices, and everything else stays as it is. The faces go where the
+/// error of the scene is largest.
 ///
 /// The first target that is reached ends the run, and the report names it. Without a target, half of
 /// the faces stay.

@@ -218,8 +218,9 @@ fn summary(report: &Report<Results>) -> String {
     for mesh in found.meshes.iter().take(MOST_LINES) {
         let title = title(mesh.name.as_deref(), mesh.mesh);
         let OfMesh { times, faces_in, faces_out, rms, max, .. } = mesh;
+        let drawn = if *times == 1 { String::new() } else { format!("drawn {times} times, ") };
         text += &format!(
-            "\n  {title}: drawn {times} times, {faces_in} -> {faces_out} faces, distance {rms:.3e} (rms), {max:.3e} (largest)"
+            "\n  {title}: {drawn}{faces_in} -> {faces_out} faces, distance {rms:.3e} (rms), {max:.3e} (largest)"
         );
         if let Some(AchievedError { lower, upper: Some(upper) }) = mesh.error {
             text += &format!(", proved between {lower:.6e} and {upper:.6e}");
