@@ -7,9 +7,10 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap, parallel};
 
 use crate::bvh::Nearest;
+use crate::frame::Frame;
 use crate::sampling::{AreaSampler, area_of, first_beyond, running_totals};
 use crate::signed_distance::{SignRule, SignedDistance};
-use crate::surface::{Surface, unit_factor};
+use crate::surface::Surface;
 
 /// How to sample; see [`compare`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,14 +126,14 @@ impl OneSided {
         samples: 0,
     };
 
-    /// The distances between surfaces that were scaled by `factor`, for the original surfaces.
-    fn unscaled(self, factor: f64) -> Self {
+    /// The distances between surfaces in a frame, for the original surfaces.
+    fn restored(self, frame: Frame) -> Self {
         let Worst { from, to } = self.worst;
         Self {
-            mean: self.mean / factor,
-            rms: self.rms / factor,
-            max: self.max / factor,
-            worst: Worst { from: from / factor, to: to / factor },
+            mean: frame.original_length(self.mean),
+            rms: frame.original_length(self.rms),
+            max: frame.original_length(self.max),
+            worst: Worst { from: frame.original_point(from), to: frame.original_point(to) },
             ..self
         }
     }
@@ -147,11 +148,11 @@ pub fn compare_until(
     options: &CompareOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> Option<Comparison> {
-    if let Some(factor) = unit_factor(a, b)
-        && let (Some(a), Some(b)) = (a.scaled(factor), b.scaled(factor))
+    if let Some(frame) = Frame::of(a, b)
+        && let (Some(a), Some(b)) = (frame.place(a), frame.place(b))
     {
         let Comparison { forward, backward } = compare_until(&a, &b, options, stops)?;
-        let [forward, backward] = [forward, backward].map(|side| side.unscaled(factor));
+        let [forward, backward] = [forward, backward].map(|side| side.restored(frame));
         return Some(Comparison { forward, backward });
     }
     let forward = one_sided(a, b, options, stops);
@@ -178,11 +179,11 @@ pub fn compare_one_way_until(
     options: &CompareOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> Option<OneSided> {
-    if let Some(factor) = unit_factor(from, to)
-        && let (Some(from), Some(to)) = (from.scaled(factor), to.scaled(factor))
+    if let Some(frame) = Frame::of(from, to)
+        && let (Some(from), Some(to)) = (frame.place(from), frame.place(to))
     {
         let found = compare_one_way_until(&from, &to, options, stops)?;
-        return Some(found.unscaled(factor));
+        return Some(found.restored(frame));
     }
     let found = one_sided(from, to, options, stops);
     (!stops()).then_some(found)
@@ -278,6 +279,12 @@ const MOST_PARTS: usize = 200;
 /// at least two parts, and at most 200.
 #[must_use]
 pub fn face_distances(from: &Surface, to: &Surface, points: usize) -> Vec<f64> {
+    if let Some(frame) = Frame::of(from, to)
+        && let (Some(from), Some(to)) = (frame.place(from), frame.place(to))
+    {
+        let found = face_distances(&from, &to, points);
+        return found.into_iter().map(|distance| frame.original_length(distance)).collect();
+    }
     let areas = parallel::collect(from.triangle_count(), |t| area_of(from.triangle(t)));
     let total: f64 = areas.iter().sum();
     // A grid of n parts on each side has n² / 2 points.
@@ -364,6 +371,11 @@ impl<'a> Points<'a> {
 /// [`Comparison::hausdorff`] of [`compare`], in about half the time.
 #[must_use]
 pub fn sampled_hausdorff(a: &Surface, b: &Surface, options: &CompareOptions) -> f64 {
+    if let Some(frame) = Frame::of(a, b)
+        && let (Some(a), Some(b)) = (frame.place(a), frame.place(b))
+    {
+        return frame.original_length(sampled_hausdorff(&a, &b, options));
+    }
     let largest = |from: &Surface, to: &Surface, known: f64| {
         let points = Points::new(from, options);
         // Vertices first: they usually have the largest distances, which speeds up the rest.

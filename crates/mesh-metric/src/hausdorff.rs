@@ -31,8 +31,9 @@ use mesh_core::parallel;
 use crate::bvh::Nearest;
 use crate::compare::OneSided;
 use crate::distance_bounds::{Rounding, upper_bound};
+use crate::frame::Frame;
 use crate::polygon_clipping::{Polygon, Prism, doubled_area};
-use crate::surface::{Surface, unit_factor};
+use crate::surface::Surface;
 
 /// Tolerance and limits of [`hausdorff_bounds`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,10 +65,10 @@ impl CertifyOptions {
         (lower + self.tolerance.max(slack)).max(self.limit.map_or(0.0, |limit| limit - 2.0 * slack))
     }
 
-    /// The options for surfaces that were scaled by `factor`.
-    fn scaled(&self, factor: f64) -> Self {
-        let limit = self.limit.map(|limit| limit * factor);
-        Self { tolerance: self.tolerance * factor, limit, ..*self }
+    /// The options for surfaces in a frame.
+    fn placed(&self, frame: Frame) -> Self {
+        let limit = self.limit.map(|limit| frame.length(limit));
+        Self { tolerance: frame.length(self.tolerance), limit, ..*self }
     }
 
     /// Largest number of pieces of a surface to process.
@@ -86,7 +87,8 @@ pub struct CertifiedBounds {
     pub upper: f64,
     /// The point that is `lower` away from the other surface.
     pub at: DVec3,
-    /// Whether the bounds meet the tolerance or decide on which side of the limit the distance is.
+    /// Whether the bounds meet the tolerance, as far as rounding allows, or decide on which side of the limit the distance
+    /// is.
     pub converged: bool,
     /// Number of pieces of triangles processed.
     pub pieces: usize,
@@ -109,10 +111,10 @@ impl CertifiedBounds {
         if lower > self.lower { Self { lower, at, ..self } } else { self }
     }
 
-    /// The bounds of surfaces that were scaled by `factor`, for the original surfaces.
-    fn unscaled(self, factor: f64) -> Self {
-        let Self { lower, upper, at, .. } = self;
-        Self { lower: lower / factor, upper: upper / factor, at: at / factor, ..self }
+    /// The bounds of surfaces in a frame, for the original surfaces.
+    fn restored(self, frame: Frame) -> Self {
+        let [lower, upper] = [self.lower, self.upper].map(|length| frame.original_length(length));
+        Self { lower, upper, at: frame.original_point(self.at), ..self }
     }
 }
 
@@ -137,12 +139,12 @@ pub fn hausdorff_bounds_until(
     options: &CertifyOptions,
     stops: &mut dyn FnMut() -> bool,
 ) -> Option<CertifiedBounds> {
-    let Some(factor) = unit_factor(a, b) else { return bounds_in_range(a, b, options, stops) };
-    let (Some(a), Some(b)) = (a.scaled(factor), b.scaled(factor)) else {
+    let Some(frame) = Frame::of(a, b) else { return bounds_in_range(a, b, options, stops) };
+    let (Some(a), Some(b)) = (frame.place(a), frame.place(b)) else {
         return Some(CertifiedBounds::unknown(a));
     };
-    let bounds = bounds_in_range(&a, &b, &options.scaled(factor), stops)?;
-    Some(bounds.unscaled(factor))
+    let bounds = bounds_in_range(&a, &b, &options.placed(frame), stops)?;
+    Some(bounds.restored(frame))
 }
 
 /// [`hausdorff_bounds_until`] for coordinates whose fourth powers neither overflow nor underflow.
@@ -172,12 +174,12 @@ fn bounds_in_range(
 /// The bounds include rounding errors, see [`hausdorff_bounds`].
 #[must_use]
 pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
-    let Some(factor) = unit_factor(from, to) else {
+    let Some(frame) = Frame::of(from, to) else {
         return one_sided_in_range(from, to, options);
     };
-    match (from.scaled(factor), to.scaled(factor)) {
+    match (frame.place(from), frame.place(to)) {
         (Some(from), Some(to)) => {
-            one_sided_in_range(&from, &to, &options.scaled(factor)).unscaled(factor)
+            one_sided_in_range(&from, &to, &options.placed(frame)).restored(frame)
         }
         _ => CertifiedBounds::unknown(from),
     }

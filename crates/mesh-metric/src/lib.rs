@@ -6,6 +6,7 @@ mod compare;
 mod distance_bounds;
 mod early_split;
 mod farthest;
+mod frame;
 mod hausdorff;
 mod normal_deviation;
 mod packet_traversal;

@@ -6,6 +6,7 @@ use glam::DVec3;
 use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, parallel};
 
 use crate::bvh::{Bvh, Nearest};
+use crate::frame::Frame;
 
 /// Triangles, not necessarily a manifold, with a bounding volume hierarchy for closest-point queries.
 ///
@@ -208,7 +209,7 @@ impl Surface {
     /// The distances of many points. Faster than single queries if consecutive points are close together.
     #[must_use]
     pub fn distances(&self, points: &[DVec3]) -> Vec<f64> {
-        self.of_each(points, |_, nearest| nearest.squared.sqrt())
+        self.distances_until(points, &|| false).unwrap_or_default()
     }
 
     /// As [`Surface::distances`], but `None` as soon as `stops` returns true. Any thread calls it about every
@@ -219,6 +220,13 @@ impl Surface {
         points: &[DVec3],
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Option<Vec<f64>> {
+        if let Some(frame) = Frame::of(self, self)
+            && let Some(placed) = frame.place(self)
+        {
+            let points: Vec<DVec3> = points.iter().map(|&point| frame.point(point)).collect();
+            let found = placed.distances_until(&points, stops)?;
+            return Some(found.into_iter().map(|d| frame.original_length(d)).collect());
+        }
         let distances = parallel::concat_blocks(points.len(), |range| {
             if stops() {
                 return Vec::new();
@@ -323,9 +331,9 @@ impl Surface {
         self.bvh.nearest_to_each(points)
     }
 
-    /// The surface with all positions multiplied by a number; `None` if a position overflows.
-    pub(crate) fn scaled(&self, factor: f64) -> Option<Self> {
-        let positions = self.positions.iter().map(|&p| p * factor).collect();
+    /// The surface with other positions; `None` if one is not finite.
+    pub(crate) fn with_positions(&self, place: impl Fn(DVec3) -> DVec3) -> Option<Self> {
+        let positions = self.positions.iter().map(|&p| place(p)).collect();
         Self::build(positions, self.triangles.clone(), self.faces.clone()).ok()
     }
 
@@ -343,21 +351,6 @@ impl Surface {
             triangle,
         }
     }
-}
-
-/// Largest binary exponent of coordinates that is left alone: products of four lengths must not overflow.
-const LARGEST_EXPONENT: f64 = 200.0;
-
-/// The power of two that brings two surfaces to a size near 1; `None` if no product of lengths overflows or underflows.
-/// The factor changes no digit of a coordinate, so results are as exact as for other sizes.
-pub(crate) fn unit_factor(a: &Surface, b: &Surface) -> Option<f64> {
-    let largest = |s: &Surface| {
-        let BoundingBox { min, max } = s.bounding_box;
-        min.abs().max(max.abs()).max_element()
-    };
-    let exponent = largest(a).max(largest(b)).log2().floor();
-    let is_far = exponent.is_finite() && exponent.abs() > LARGEST_EXPONENT;
-    is_far.then(|| (-exponent).clamp(-1000.0, 1000.0).exp2())
 }
 
 /// The faces of a mesh with gaps; empty without gaps.

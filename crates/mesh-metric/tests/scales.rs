@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 use mesh_metric::{
-    CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds, one_sided_bounds,
+    CertifyOptions, CompareOptions, Surface, compare, face_distances, hausdorff_bounds,
+    one_sided_bounds, sampled_hausdorff,
 };
 use mesh_shapes::Sphere;
 
@@ -43,6 +44,23 @@ fn distances_scale_with_the_surfaces() {
     }
 }
 
+/// Distances of points, the sampled maximum and the distances of faces, as bits.
+#[test]
+fn distances_of_points_and_faces_scale_with_the_surfaces() {
+    let measure = |scale: f64| {
+        let [a, b] = [2, 3].map(|level| sphere(level, |p| p * scale));
+        let mut all = b.distances(a.positions());
+        all.push(sampled_hausdorff(&a, &b, &SAMPLES));
+        all.extend(face_distances(&a, &b, 4000));
+        all.iter().map(|distance| (distance / scale).to_bits()).collect::<Vec<u64>>()
+    };
+    let far = measure(f64::from(300).exp2());
+    assert!(far.iter().any(|&bits| f64::from_bits(bits) > 1e-3));
+    for exponent in [-950, -700, -400, -300, 400, 700, 950] {
+        assert_eq!(measure(f64::from(exponent).exp2()), far, "2^{exponent}");
+    }
+}
+
 /// The lower bound of the distance of a surface to itself is 0, also with the farthest sample.
 #[test]
 fn a_surface_is_at_distance_zero_from_itself() {
@@ -77,4 +95,34 @@ fn a_tolerance_below_the_rounding_ends_the_search() {
     let bounds = hausdorff_bounds(&a, &b, &CertifyOptions::default());
     assert!(bounds.converged && bounds.pieces < 100_000, "{} pieces", bounds.pieces);
     assert!(bounds.lower <= bounds.upper && bounds.upper < 20.0);
+}
+
+/// Far from the origin, the bounds and the samples are those of the shifted surfaces, bit for bit.
+#[test]
+fn a_shift_changes_no_bits() {
+    for offset in [1e15, -3e12, 2e16] {
+        let far = |level| sphere(level, |p| 100.0 * p + DVec3::new(offset, 0.5, -offset));
+        let [a, b] = [2, 3].map(far);
+        let corner = |s: &Surface| {
+            let bounds = s.bounding_box();
+            if offset > 0.0 { [bounds.min.x, bounds.max.z] } else { [bounds.max.x, bounds.min.z] }
+        };
+        let [[ax, az], [bx, bz]] = [corner(&a), corner(&b)];
+        let nearer = |p: f64, q: f64| if p.abs() < q.abs() { p } else { q };
+        let origin = DVec3::new(nearer(ax, bx), 0.0, nearer(az, bz));
+        let shifted = |s: &Surface| {
+            let positions: Vec<DVec3> = s.positions().iter().map(|&p| p - origin).collect();
+            Surface::from_triangles(&positions, s.triangles()).unwrap()
+        };
+        let measure = |a: &Surface, b: &Surface| {
+            let options = CertifyOptions { tolerance: 1e-3, ..Default::default() };
+            let bounds = hausdorff_bounds(a, b, &options);
+            let found = compare(a, b, &SAMPLES);
+            assert!(bounds.converged);
+            [bounds.lower, bounds.upper, found.mean(), found.rms(), found.hausdorff()]
+        };
+        let found = measure(&a, &b);
+        assert_eq!(found, measure(&shifted(&a), &shifted(&b)), "{offset:e}");
+        assert!(found[1] - found[0] <= 1.01e-3, "{found:?}");
+    }
 }

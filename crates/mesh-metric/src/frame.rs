@@ -1,0 +1,70 @@
+//! An exact change of coordinates before distances are measured.
+//!
+//! Far from the origin, coordinates have few digits after the point, and every computed point is rounded to them. With
+//! very large or small coordinates, products of lengths overflow or vanish. So surfaces are shifted to the origin and
+//! scaled to unit size, both without rounding.
+
+use glam::DVec3;
+use mesh_core::BoundingBox;
+
+use crate::surface::Surface;
+
+/// Surfaces whose largest coordinate is up to this multiple of their extent are not shifted.
+const NEAR: f64 = 1_048_576.0;
+/// Largest binary exponent of coordinates that are not scaled: products of four lengths must not overflow.
+const LARGEST_EXPONENT: f64 = 200.0;
+
+/// A shift along each axis, then a scaling by a power of two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Frame {
+    origin: DVec3,
+    factor: f64,
+}
+
+impl Frame {
+    /// The frame for two surfaces; `None` if they can stay as they are.
+    pub(crate) fn of(a: &Surface, b: &Surface) -> Option<Self> {
+        let (a, b) = (a.bounding_box(), b.bounding_box());
+        let bounds = BoundingBox { min: a.min.min(b.min), max: a.max.max(b.max) };
+        let largest = |b: BoundingBox| b.min.abs().max(b.max.abs()).max_element();
+        let is_far = largest(bounds) > NEAR * bounds.extent().max_element();
+        let origin = if is_far { exact_origin(bounds) } else { DVec3::ZERO };
+        let shifted = BoundingBox { min: bounds.min - origin, max: bounds.max - origin };
+        let exponent = largest(shifted).log2().floor();
+        let is_extreme = exponent.is_finite() && exponent.abs() > LARGEST_EXPONENT;
+        let factor = if is_extreme { (-exponent).clamp(-1000.0, 1000.0).exp2() } else { 1.0 };
+        (is_extreme || origin != DVec3::ZERO).then_some(Self { origin, factor })
+    }
+
+    /// The surface in the frame; `None` if a position overflows.
+    pub(crate) fn place(self, surface: &Surface) -> Option<Surface> {
+        surface.with_positions(|p| self.point(p))
+    }
+
+    pub(crate) fn point(self, original: DVec3) -> DVec3 {
+        (original - self.origin) * self.factor
+    }
+
+    pub(crate) fn length(self, original: f64) -> f64 {
+        original * self.factor
+    }
+
+    pub(crate) fn original_point(self, placed: DVec3) -> DVec3 {
+        placed / self.factor + self.origin
+    }
+
+    pub(crate) fn original_length(self, placed: f64) -> f64 {
+        placed / self.factor
+    }
+}
+
+/// The corner of a box next to the origin, along each axis where no coordinate is more than twice another one. Such
+/// differences are exact (Sterbenz 1974).
+fn exact_origin(BoundingBox { min, max }: BoundingBox) -> DVec3 {
+    let along = |min: f64, max: f64| match () {
+        () if min > 0.0 && max <= 2.0 * min => min,
+        () if max < 0.0 && min >= 2.0 * max => max,
+        () => 0.0,
+    };
+    DVec3::new(along(min.x, max.x), along(min.y, max.y), along(min.z, max.z))
+}
