@@ -12,6 +12,7 @@ pub mod build;
 pub mod distance;
 pub mod edits;
 pub mod flip;
+pub mod page;
 pub mod patch;
 pub mod read;
 pub mod record;
@@ -39,4 +40,5 @@ pub const ALL: &[(&str, Attack)] = &[
     ("distance", distance::attack),
     ("record", record::attack),
     ("work_folder", work_folder::attack),
+    ("page", page::attack),
 ];
