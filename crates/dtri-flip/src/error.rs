@@ -1,5 +1,7 @@
 //! Errors of the options.
 
+use mesh_core::ScaleError;
+
 /// An option is out of range or does not fit the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -34,6 +36,9 @@ pub enum FlipError {
         /// The allowed range.
         range: &'static str,
     },
+    /// The size of the mesh leaves too few digits.
+    #[error(transparent)]
+    Scale(#[from] ScaleError),
 }
 
 impl FlipError {

@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow;
 
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, UnitScale};
 
 use crate::anneal;
 use crate::cost::FlipCost;
@@ -21,7 +21,8 @@ use crate::run::Run;
 /// attributes. Boundary edges never flip. The result has the same bits for any number of threads.
 ///
 /// # Errors
-/// An option is out of range or does not fit the mesh. The mesh is then unchanged.
+/// An option is out of range or does not fit the mesh, or the size of the mesh leaves too few digits. The mesh is then
+/// unchanged.
 pub fn optimise<C: FlipCost>(
     mesh: &mut TriMesh,
     cost: &C,
@@ -33,6 +34,9 @@ pub fn optimise<C: FlipCost>(
 /// As [`optimise`], with progress reports. When `progress` returns [`ControlFlow::Break`], the run stops
 /// with the best mesh so far.
 ///
+/// A mesh larger than 1e12 or smaller than 1e-12 is scaled by a power of two during the run, so the cost sees it near
+/// size 1.
+///
 /// # Errors
 /// As [`optimise`].
 pub fn optimise_with<C: FlipCost>(
@@ -42,6 +46,29 @@ pub fn optimise_with<C: FlipCost>(
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<FlipReport, FlipError> {
     options.check(mesh.topology().edge_capacity())?;
+    let Some(scale) = UnitScale::of(mesh)? else {
+        return Ok(of_ordinary_size(mesh, cost, options, progress));
+    };
+    let mut scaled = scale.mesh(mesh)?;
+    let report = of_ordinary_size(&mut scaled, cost, options, progress);
+    // Flips change no position.
+    scaled.positions_mut().copy_from_slice(mesh.positions());
+    *mesh = scaled;
+    let original = |value: f64| scale.original_power(value, cost.length_exponent());
+    Ok(FlipReport {
+        cost_before: original(report.cost_before),
+        cost_after: original(report.cost_after),
+        ..report
+    })
+}
+
+/// [`optimise_with`] for a mesh whose products of lengths neither overflow nor vanish, with checked options.
+fn of_ordinary_size<C: FlipCost>(
+    mesh: &mut TriMesh,
+    cost: &C,
+    options: &FlipOptions,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> FlipReport {
     let mut monitor = Monitor::new(options, progress);
     let rules = Rules::new(mesh, cost, options, monitor.deadline());
     let mut run = Run::new(mesh, rules);
@@ -59,7 +86,7 @@ pub fn optimise_with<C: FlipCost>(
     {
         (stop, annealed_flips) = anneal::run(&mut run, settings, stop, &mut monitor);
     }
-    Ok(FlipReport {
+    FlipReport {
         cost_before,
         cost_after: cost.total(run.mesh),
         flips: run.log.len() as u64,
@@ -68,7 +95,7 @@ pub fn optimise_with<C: FlipCost>(
         locked_edges: run.rules.locked.as_slice().iter().filter(|&&locked| locked).count(),
         rejected: run.rejected,
         stop,
-    })
+    }
 }
 
 /// Greedy descent, with look-ahead if requested. The result is never worse than without look-ahead.

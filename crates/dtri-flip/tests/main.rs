@@ -7,6 +7,7 @@ mod high_valence;
 mod postconditions;
 mod ruin_recreate;
 mod runs;
+mod scales;
 mod serde;
 mod seven_points;
 mod torus;

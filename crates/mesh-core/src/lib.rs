@@ -49,6 +49,8 @@ pub use measure::face_tree::FaceTree;
 pub use measure::normals::angle_between;
 #[doc(inline)]
 pub use measure::triangle_bounds::TriangleBounds;
+#[doc(inline)]
+pub use measure::unit_scale::{ScaleError, UnitScale};
 pub use measure::winding::WindingNumbers;
 #[doc(inline)]
 pub use mesh::{MeshError, TriMesh};

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_collapse::ReplayError;
-use mesh_core::VertexId;
+use mesh_core::{ScaleError, VertexId};
 use mesh_metric::SurfaceError;
 use mesh_refine::RefineError;
 
@@ -58,6 +58,9 @@ pub enum SimplifyError {
         /// Its importance.
         importance: f64,
     },
+    /// The size of the mesh leaves too few digits.
+    #[error(transparent)]
+    Scale(#[from] ScaleError),
     /// The distance between the surfaces cannot be measured.
     #[error(transparent)]
     Surface(#[from] SurfaceError),

@@ -10,6 +10,7 @@ mod preset;
 mod shortfall;
 mod simplify;
 mod tolerance;
+mod unit_size;
 
 pub use mesh_collapse::*;
 pub use mesh_refine::*;

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use glam::DVec3;
-use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_core::{TriMesh, UnitScale, VertexId, VertexMap};
 use mesh_metric::Surface;
 
 use mesh_collapse::{
@@ -84,12 +84,16 @@ pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, Simplif
 
 /// Simplifies a mesh; `observe` sees the progress of all phases and may stop the run.
 ///
+/// A mesh larger than 1e12 or smaller than 1e-12 is scaled by a power of two before, and the result is scaled back. So
+/// the result for a mesh of any size is that for a mesh of size 1, scaled.
+///
 /// A stopped run returns the best mesh so far, and [`Simplified::stop`] is [`StopReason::Cancelled`]. That mesh is
 /// valid: it has the collapses so far, and refinement up to that point. Its distance from the input is not measured.
 /// With an error limit, it is the coarsest level measured to be within the limit, or the input if there is none.
 ///
 /// # Errors
-/// An option is out of range, options exclude each other, a position is not finite, or there is too little memory.
+/// An option is out of range, options exclude each other, a position is not finite, the size of the mesh leaves too few
+/// digits, or there is too little memory.
 pub fn simplify_observed(
     mesh: &TriMesh,
     options: &Options,
@@ -103,6 +107,17 @@ pub fn simplify_observed(
             cure: "call simplify_with, or name a metric and a placement",
         });
     }
+    let Some(scale) = UnitScale::of(mesh)? else { return of_ordinary_size(mesh, options, observe) };
+    let found = of_ordinary_size(&scale.mesh(mesh)?, &options.scaled(scale), observe)?;
+    Ok(found.restored(scale, options))
+}
+
+/// [`simplify_observed`] of a mesh whose products of lengths neither overflow nor vanish.
+fn of_ordinary_size(
+    mesh: &TriMesh,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
     let plan = Plan::of(options, mesh);
     check_memory(&plan, mesh, options)?;
     let mut observer = observer(mesh, options, observe);
@@ -114,7 +129,8 @@ pub fn simplify_observed(
 
 /// Simplifies a mesh with custom cost, placement, cost modifiers and constraints. The options must be
 /// [`Options::custom`]. Their protection, target, attributes, refinement and tolerance apply as in [`simplify()`];
-/// custom constraints are also obeyed by the refinement.
+/// custom constraints are also obeyed by the refinement. The mesh is not scaled, because policies know its size: products
+/// of several lengths must be in the range of numbers.
 ///
 /// # Errors
 /// As [`simplify()`]; the options name a cost or a placement.

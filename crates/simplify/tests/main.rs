@@ -16,6 +16,7 @@ mod options;
 mod own_policies;
 mod published;
 mod regressions;
+mod scales;
 mod stop;
 mod touching;
 mod transfer;

@@ -42,7 +42,7 @@ impl BoundingBox {
     /// The length of the diagonal.
     #[must_use]
     pub fn diagonal(&self) -> f64 {
-        self.min.distance(self.max)
+        length(self.max - self.min)
     }
 
     /// The midpoint.
@@ -56,4 +56,32 @@ impl BoundingBox {
     pub fn extent(&self) -> DVec3 {
         self.max - self.min
     }
+}
+
+/// The squared length at which the sum of squares neither overflows nor loses digits.
+const EXACT_SQUARES: core::ops::Range<f64> = 1e-290..1e300;
+
+/// The length of a vector of any size.
+#[inline]
+pub(crate) fn length(vector: DVec3) -> f64 {
+    let squared = vector.length_squared();
+    if EXACT_SQUARES.contains(&squared) { squared.sqrt() } else { length_by_parts(vector) }
+}
+
+#[cold]
+fn length_by_parts(vector: DVec3) -> f64 {
+    let largest = vector.abs().max_element();
+    if largest > 0.0 && largest.is_finite() {
+        let factor = power_of_two(largest);
+        // Two factors: the reciprocal of the smallest numbers is infinite.
+        (vector / factor).length() * factor
+    } else {
+        largest
+    }
+}
+
+/// The largest power of two up to a positive, finite number.
+pub(crate) fn power_of_two(number: f64) -> f64 {
+    let leading = f64::from_bits(number.to_bits() & (0x7FF << 52));
+    if leading > 0.0 { leading } else { f64::MIN_POSITIVE }
 }

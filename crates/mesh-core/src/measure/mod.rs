@@ -12,6 +12,7 @@ pub mod laplacian;
 pub mod normals;
 pub mod size;
 pub mod triangle_bounds;
+pub mod unit_scale;
 mod visibility;
 pub mod winding;
 

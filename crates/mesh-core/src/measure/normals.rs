@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::attribute::{FaceMap, VertexMap};
+use crate::measure::bounding_box::power_of_two;
 use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
@@ -17,13 +18,31 @@ pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b))
 }
 
+/// The unit normal of a triangle whose area may overflow or vanish.
+#[cold]
+fn far_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    let (u, v) = (b - a, c - a);
+    let largest = u.abs().max(v.abs()).max_element();
+    if largest > 0.0 && largest.is_finite() {
+        let factor = power_of_two(largest);
+        (u / factor).cross(v / factor).normalize_or_zero()
+    } else {
+        DVec3::ZERO
+    }
+}
+
 impl TriMesh {
     /// The unit normal of a face; zero for a face without area. Seen against the normal, the vertices are
     /// counter-clockwise.
     #[inline]
     #[must_use]
     pub fn face_normal(&self, face: FaceId) -> DVec3 {
-        self.face_cross(face).normalize_or_zero()
+        let cross = self.face_cross(face);
+        let squared = cross.length_squared();
+        match squared > 1e-290 && squared < 1e290 {
+            true => cross.normalize_or_zero(),
+            false => far_normal(self.triangle(face)),
+        }
     }
 
     /// The unit normals of all faces; zero for faces without area and for removed ones.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::attribute::EdgeMap;
 use crate::build::Triangulator;
 use crate::build::soup::PolygonSoup;
-use crate::measure::bounding_box::BoundingBox;
+use crate::measure::bounding_box::{BoundingBox, length, power_of_two};
 use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::topology::handle::{EdgeId, FaceId, Handle};
@@ -32,7 +32,7 @@ impl TriMesh {
     #[inline]
     #[must_use]
     pub fn face_area(&self, face: FaceId) -> f64 {
-        0.5 * self.face_cross(face).length()
+        triangle_area(self.triangle(face))
     }
 
     /// The total area of the faces.
@@ -69,7 +69,7 @@ impl TriMesh {
     #[must_use]
     pub fn edge_length(&self, edge: EdgeId) -> f64 {
         let [from, to] = self.segment(edge);
-        from.distance(to)
+        length(to - from)
     }
 
     /// The lengths of all edges; 0 for removed ones.
@@ -102,6 +102,25 @@ impl TriMesh {
             let face = FaceId::from_index(index);
             if self.topology().contains_face(face) { value(face) } else { 0.0 }
         })
+    }
+}
+
+/// The area of a triangle of any size.
+#[inline]
+pub(crate) fn triangle_area([a, b, c]: [DVec3; 3]) -> f64 {
+    let area = 0.5 * (b - a).cross(c - a).length();
+    if area > 1e-140 && area < 1e140 { area } else { far_area(b - a, c - a) }
+}
+
+/// Half of the length of a cross product whose square may overflow or vanish.
+#[cold]
+fn far_area(u: DVec3, v: DVec3) -> f64 {
+    let largest = u.abs().max(v.abs()).max_element();
+    if largest > 0.0 && largest.is_finite() {
+        let factor = power_of_two(largest);
+        0.5 * length((u / factor).cross(v / factor)) * factor * factor
+    } else {
+        0.0
     }
 }
 
@@ -138,7 +157,7 @@ impl PolygonSoup {
             triangulator.triangulate(&corners, self.face(face), &mut triangles);
             for triangle in &triangles {
                 let [a, b, c] = triangle.map(|i| corners[i as usize] - bounds.center());
-                measures.area += 0.5 * (b - a).cross(c - a).length();
+                measures.area += triangle_area([a, b, c]);
                 measures.volume += a.dot(b.cross(c)) / 6.0;
             }
         }

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 use mesh_collapse::{EdgePatch, PatchFace};
-use mesh_core::{HalfEdgeId, HalfEdgeMap, Remap, TriMesh, VertexId};
+use mesh_core::{HalfEdgeId, HalfEdgeMap, Remap, TriMesh, UnitScale, VertexId};
 use mesh_metric::{closest_on_triangle, weights_of_closest};
 
 use crate::error::RefineError;
@@ -114,6 +114,14 @@ impl CornerAttributes {
         };
         all.add_vertices(mesh, &|h| *self.value(of_corner(h)));
         all
+    }
+
+    /// The values for a scaled mesh.
+    #[must_use]
+    pub fn scaled(&self, scale: UnitScale) -> Self {
+        let mut scaled = self.clone();
+        scaled.values.iter_mut().flatten().for_each(|value| *value = scale.length(*value));
+        scaled
     }
 
     /// Whether the first two values are texture coordinates.
