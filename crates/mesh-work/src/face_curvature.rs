@@ -1,8 +1,9 @@
 //! The curvature of every face from normal sections.
 
 use curvpatch::{CurvatureError, CurvatureEstimator, DiscCurvature, DiscSize, Params};
-use mesh_core::{FaceMap, TriMesh};
+use mesh_core::{FaceMap, TriMesh, UnitScale};
 
+use crate::curvature_failure::CurvatureFailure;
 use crate::quantity::{Integrals, Quantity};
 
 /// The curvature of every face, and the faces where it is unknown or uncertain.
@@ -24,8 +25,12 @@ impl FaceValues {
     /// [`CurvatureEstimator::default_size`].
     ///
     /// # Errors
-    /// A parameter or the radius is out of its range.
-    pub fn of(mesh: &TriMesh, params: Params, radius: Option<f64>) -> Result<Self, CurvatureError> {
+    /// A parameter, the radius or the size of the mesh is out of its range.
+    pub fn of(
+        mesh: &TriMesh,
+        params: Params,
+        radius: Option<f64>,
+    ) -> Result<Self, CurvatureFailure> {
         let found = Self::of_until(mesh, params, radius, &|| false)?;
         Ok(found.unwrap_or_else(|| Self::of_discs(Vec::new(), DiscSize::Local)))
     }
@@ -34,8 +39,37 @@ impl FaceValues {
     /// each face. Once true, it must stay true.
     ///
     /// # Errors
-    /// A parameter or the radius is out of its range.
+    /// A parameter, the radius or the size of the mesh is out of its range.
     pub fn of_until(
+        mesh: &TriMesh,
+        params: Params,
+        radius: Option<f64>,
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self>, CurvatureFailure> {
+        let Some(scale) = UnitScale::with_areas(mesh)? else {
+            return Ok(Self::of_ordinary_size(mesh, params, radius, stops)?);
+        };
+        let radius = radius.map(|radius| scale.length(radius));
+        let found = Self::of_ordinary_size(&scale.mesh(mesh)?, params, radius, stops)?;
+        Ok(found.map(|found| found.restored(scale)))
+    }
+
+    /// The values of a scaled mesh at the size of the original.
+    fn restored(self, scale: UnitScale) -> Self {
+        Self {
+            discs: self
+                .discs
+                .map(|of_face| of_face.as_ref().map(|disc| restored_disc(disc, scale))),
+            size: match self.size {
+                DiscSize::Radius(radius) => DiscSize::Radius(scale.original_length(radius)),
+                size => size,
+            },
+            radius: scale.original_length(self.radius),
+            ..self
+        }
+    }
+
+    fn of_ordinary_size(
         mesh: &TriMesh,
         params: Params,
         radius: Option<f64>,
@@ -92,6 +126,16 @@ impl FaceValues {
             sums.f3 += area * (k1.abs() + k2.abs());
         }
         Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
+    }
+}
+
+/// A disc of a scaled mesh at the size of the original.
+pub(crate) fn restored_disc(disc: &DiscCurvature, scale: UnitScale) -> DiscCurvature {
+    DiscCurvature {
+        center: scale.original_point(disc.center),
+        curvatures: disc.curvatures.map(|curvature| scale.original_power(curvature, -1)),
+        radius: scale.original_length(disc.radius),
+        ..*disc
     }
 }
 

@@ -2,12 +2,13 @@
 
 use dcurv::{
     BallCurvature, CorrectedCurvature, FitOptions, FitScale, FittedCurvature, InvalidRadius,
-    PrincipalFrame, align_directions, ball_curvatures_until, corrected_curvatures_until,
+    Pointwise, PrincipalFrame, align_directions, ball_curvatures_until, corrected_curvatures_until,
     default_ball_radius, edge_dihedral_angle, estimate_noise, fitted_curvatures_until,
 };
 use mesh_core::glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{Handle, TriMesh, UnitScale, VertexId, VertexMap, parallel};
 
+use crate::curvature_failure::CurvatureFailure;
 use crate::quantity::{Integrals, Quantity};
 
 /// How principal curvatures and directions of vertices are estimated.
@@ -32,6 +33,28 @@ pub enum FrameEstimator {
         /// The radius, as for `Ball`.
         radius: Option<f64>,
     },
+}
+
+impl FrameEstimator {
+    /// With a function of all lengths.
+    fn with_lengths(self, of: impl Fn(f64) -> f64) -> Self {
+        match self {
+            Self::Auto { noise } => Self::Auto { noise: noise.map(of) },
+            Self::Fit(options) => Self::Fit(with_lengths(options, of)),
+            Self::Ball { radius } => Self::Ball { radius: radius.map(of) },
+            Self::Corrected { radius } => Self::Corrected { radius: radius.map(of) },
+        }
+    }
+}
+
+/// Options of a fit with a function of their lengths.
+fn with_lengths(options: FitOptions, of: impl Fn(f64) -> f64) -> FitOptions {
+    let scale = match options.scale {
+        FitScale::Noise(noise) => FitScale::Noise(of(noise)),
+        FitScale::Radius(radius) => FitScale::Radius(of(radius)),
+        scale => scale,
+    };
+    FitOptions { scale, ..options }
 }
 
 /// What is at a vertex.
@@ -127,8 +150,8 @@ impl FrameValues {
     /// Of all vertices.
     ///
     /// # Errors
-    /// A radius is not positive.
-    pub fn of(mesh: &TriMesh, estimator: FrameEstimator) -> Result<Self, InvalidRadius> {
+    /// A radius is not positive, or the size of the mesh is out of its range.
+    pub fn of(mesh: &TriMesh, estimator: FrameEstimator) -> Result<Self, CurvatureFailure> {
         let found = Self::of_until(mesh, estimator, &|| false)?;
         Ok(found.unwrap_or_else(|| Self::new(mesh, VertexMap::from_vec(Vec::new()))))
     }
@@ -137,8 +160,43 @@ impl FrameValues {
     /// Once true, it must stay true.
     ///
     /// # Errors
-    /// A radius is not positive.
+    /// As [`FrameValues::of`].
     pub fn of_until(
+        mesh: &TriMesh,
+        estimator: FrameEstimator,
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self>, CurvatureFailure> {
+        let Some(scale) = UnitScale::with_areas(mesh)? else {
+            return Ok(Self::of_ordinary_size(mesh, estimator, stops)?);
+        };
+        let estimator = estimator.with_lengths(|length| scale.length(length));
+        let found = Self::of_ordinary_size(&scale.mesh(mesh)?, estimator, stops)?;
+        Ok(found.map(|found| found.restored(scale)))
+    }
+
+    /// The values of a scaled mesh at the size of the original.
+    fn restored(self, scale: UnitScale) -> Self {
+        let curvature = |k: Pointwise| Pointwise::new(scale.original_power(k.value(), -1));
+        let value = |value: &FrameValue| FrameValue {
+            frame: PrincipalFrame {
+                k_max: curvature(value.frame.k_max),
+                k_min: curvature(value.frame.k_min),
+                ..value.frame
+            },
+            gaussian: scale.original_power(value.gaussian, -2),
+            mean: scale.original_power(value.mean, -1),
+            error: scale.original_power(value.error, -1),
+        };
+        let length = |length: f64| scale.original_length(length);
+        Self {
+            of_vertex: self.of_vertex.map(|of_vertex| of_vertex.as_ref().map(value)),
+            radius: self.radius.map(length),
+            fit: self.fit.map(|fit| with_lengths(fit, length)),
+            ..self
+        }
+    }
+
+    fn of_ordinary_size(
         mesh: &TriMesh,
         estimator: FrameEstimator,
         stops: &(dyn Fn() -> bool + Sync),

@@ -3,6 +3,7 @@
 mod attributes;
 mod charts;
 mod constraint_choices;
+mod curvature_failure;
 mod face_curvature;
 mod file_size;
 mod frame_curvature;
@@ -24,6 +25,7 @@ mod vertex_curvature;
 
 pub use attributes::{AttributeRules, Attributes};
 pub use constraint_choices::{ConstraintChoices, ConstraintError};
+pub use curvature_failure::CurvatureFailure;
 pub use face_curvature::{FaceValues, disc_quantity};
 pub use file_size::{Largest, Sized, file_size, largest_within};
 pub use frame_curvature::{FrameEstimator, FrameValue, FrameValues, PointKind};
@@ -31,7 +33,9 @@ pub use labels::{UnknownNumbers, mark_labels};
 pub use length::{Length, NoExtent, diagonal, parse_length};
 pub use levels::{LevelError, LevelOfDetail, LevelSteps};
 pub use loaded::{Loaded, Source, build_with_needed_repairs, splits_vertices};
-pub use patches::{PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model};
+pub use patches::{
+    PatchMesh, PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model,
+};
 pub use policy::Choices;
 pub use quantity::{Integrals, Quantity, UnknownQuantity};
 pub use scene::{

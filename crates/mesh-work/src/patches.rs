@@ -1,12 +1,17 @@
 //! Single patches, and patch covers as the content of files.
 
+use std::borrow::Cow;
+
 use curvpatch::{
-    Cover, CoverMethod, CoverPatch, CurvatureEstimator, FitError, FitTest, OptionError, PatchSizer,
-    Shape, SizeOptions, SizedPatch, Splat, StopReason, TessellationError, Unfit, patch_color,
+    Cover, CoverMethod, CoverPatch, CurvatureEstimator, FitError, FitTest, OptionError, Patch,
+    PatchData, PatchErrors, PatchFit, PatchSizer, Shape, SizeOptions, SizedPatch, Splat,
+    StopReason, TessellationError, Unfit, patch_color,
 };
 use mesh_core::soup::TooManyCorners;
-use mesh_core::{FaceId, PolygonSoup, TriMesh};
+use mesh_core::{FaceId, PolygonSoup, ScaleError, TriMesh, UnitScale};
 use mesh_io::{Model, Scalars};
+
+use crate::face_curvature::restored_disc;
 
 /// Why there is no patch, or no file of patches.
 #[derive(Debug, thiserror::Error)]
@@ -27,6 +32,76 @@ pub enum PatchWorkError {
     /// The triangles are too many.
     #[error(transparent)]
     Size(#[from] TooManyCorners),
+}
+
+/// A mesh for patches: scaled by a power of two if it is larger than 1e12 or smaller than 1e-12. Lengths and covers are
+/// converted between its size and that of the original, so patches of a mesh of any size are those of a mesh of size 1,
+/// scaled.
+#[derive(Clone, Debug)]
+pub struct PatchMesh<'a> {
+    mesh: Cow<'a, TriMesh>,
+    scale: Option<UnitScale>,
+}
+
+impl<'a> PatchMesh<'a> {
+    /// For patches of a mesh.
+    ///
+    /// # Errors
+    /// The size of the mesh leaves too few digits.
+    pub fn new(mesh: &'a TriMesh) -> Result<Self, ScaleError> {
+        let scale = UnitScale::with_areas(mesh)?;
+        let mesh = match scale {
+            None => Cow::Borrowed(mesh),
+            Some(scale) => Cow::Owned(scale.mesh(mesh)?),
+        };
+        Ok(Self { mesh, scale })
+    }
+
+    /// The mesh, perhaps scaled.
+    #[must_use]
+    pub fn mesh(&self) -> &TriMesh {
+        &self.mesh
+    }
+
+    /// A length of the original in this mesh.
+    #[must_use]
+    pub fn length(&self, length: f64) -> f64 {
+        self.scale.map_or(length, |scale| scale.length(length))
+    }
+
+    /// A cover of this mesh at the size of the original.
+    ///
+    /// # Errors
+    /// A patch is not a patch at that size.
+    pub fn restore(&self, cover: Cover) -> Result<Cover, PatchWorkError> {
+        let Some(scale) = self.scale else { return Ok(cover) };
+        let patches = cover.patches.into_iter().map(|patch| restored(patch, scale));
+        let patches = patches.collect::<Result<_, _>>().map_err(FitError::from)?;
+        Ok(Cover { patches, tolerance: scale.original_length(cover.tolerance), ..cover })
+    }
+}
+
+/// A patch of a scaled mesh at the size of the original.
+fn restored(patch: CoverPatch, scale: UnitScale) -> Result<CoverPatch, curvpatch::PatchError> {
+    let length = |length: f64| scale.original_length(length);
+    let scaled = PatchData::from(patch.fit.patch);
+    let data = PatchData {
+        origin: scaled.origin.map(length),
+        curvatures: scaled.curvatures.map(|curvature| scale.original_power(curvature, -1)),
+        arcs: scaled.arcs.map(length),
+        translation: length(scaled.translation),
+        ..scaled
+    };
+    let PatchErrors { points, heights } = patch.errors;
+    Ok(CoverPatch {
+        fit: PatchFit {
+            curvature: restored_disc(&patch.fit.curvature, scale),
+            patch: Patch::try_from(data)?,
+            ..patch.fit
+        },
+        errors: PatchErrors { points: length(points), heights: length(heights) },
+        ..patch
+    })
 }
 
 /// The patch of a given radius at a face, as a cover; of several shapes, the one that covers more.

@@ -5,4 +5,5 @@ mod built_scene;
 mod charts;
 mod constraint_choices;
 mod labels;
+mod scales;
 mod scenes;

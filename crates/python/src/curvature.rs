@@ -2,6 +2,7 @@
 
 use curvpatch::DiscCurvature;
 use dcurv::{FitOptions, FitScale, Pointwise, PrincipalFrame, VertexCurvature, principal_frames};
+use mesh_core::UnitScale;
 use mesh_core::glam::DVec3;
 use mesh_work::{
     FaceValues, FrameEstimator, FrameValue, FrameValues, Integrals, PointKind, Quantity,
@@ -104,6 +105,7 @@ pub(crate) fn curvature<'py>(
         watch.check()?;
         let stops = || watch.is_cancelled();
         let mesh = &whole.mesh;
+        UnitScale::with_areas(mesh).map_err(Failure::from)?;
         let (radius, noise) = (units(radius, mesh, relative)?, units(noise, mesh, relative)?);
         Ok(match by {
             By::Vertex => of_vertices(whole, &VertexValues::of(mesh, area)),

@@ -299,10 +299,34 @@ macro_rules! plain {
 plain! {
     "CannotBeDoneError": SurfaceError, mesh_work::NoExtent, mesh_work::PatchWorkError,
         mesh_work::SubdivisionError, curvpatch::TessellationError;
-    "OptionError": dtri_flip::FlipError, dcurv::InvalidRadius, curvpatch::CurvatureError,
+    "OptionError": dcurv::InvalidRadius, curvpatch::CurvatureError,
         curvpatch::OptionError, mesh_render::RenderError, mesh_view::ViewError;
     "RecordError": simplify::ReplayError;
     "InternalError": mesh_io::ModelError;
+}
+
+impl From<mesh_work::CurvatureFailure> for Failure {
+    fn from(error: mesh_work::CurvatureFailure) -> Self {
+        match error {
+            mesh_work::CurvatureFailure::Scale(error) => error.into(),
+            other => Self::option(other),
+        }
+    }
+}
+
+impl From<dtri_flip::FlipError> for Failure {
+    fn from(error: dtri_flip::FlipError) -> Self {
+        match error {
+            dtri_flip::FlipError::Scale(error) => error.into(),
+            other => Self::option(other),
+        }
+    }
+}
+
+impl From<mesh_core::ScaleError> for Failure {
+    fn from(error: mesh_core::ScaleError) -> Self {
+        Self::cannot(error)
+    }
 }
 
 impl From<mesh_work::LevelError> for Failure {

@@ -8,7 +8,7 @@ use curvpatch::{
     Shape, SizeOptions, StopReason,
 };
 use mesh_core::{FaceId, Handle};
-use mesh_work::{cover_model, patch_of_radius, patch_within, splat_model};
+use mesh_work::{PatchMesh, cover_model, patch_of_radius, patch_within, splat_model};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -70,10 +70,12 @@ pub(crate) fn patch(
     let params = sections(preset).map_err(|failure| failure.raise(py))?;
     let content = mesh.content();
     run(py, call, move |watch| {
-        let mesh = &content.whole()?.mesh;
+        let original = &content.whole()?.mesh;
+        let sized = PatchMesh::new(original).map_err(Failure::from)?;
+        let mesh = sized.mesh();
         let estimator = CurvatureEstimator::new(mesh, params).map_err(Failure::from)?;
-        let radius = units(radius, mesh, relative)?;
-        let tolerance = units(tolerance, mesh, relative)?;
+        let radius = units(radius, original, relative)?;
+        let tolerance = units(tolerance, original, relative)?;
         let count = mesh.topology().face_count();
         if let Some(face) = face.filter(|&face| face >= count) {
             let message = format!("there is no face {face}; the mesh has {count}, counted from 0");
@@ -81,17 +83,19 @@ pub(crate) fn patch(
         }
         let (cover, cut) = match (face.map(FaceId::from_index), radius, tolerance) {
             (Some(face), Some(radius), _) => (
-                patch_of_radius(&estimator, face, radius, &shapes).map_err(Failure::from)?,
+                patch_of_radius(&estimator, face, sized.length(radius), &shapes)
+                    .map_err(Failure::from)?,
                 2e-3 * radius,
             ),
             (Some(face), None, Some(tolerance)) => {
-                let options = SizeOptions { overhang, ..SizeOptions::new(tolerance) };
+                let size = SizeOptions::new(sized.length(tolerance));
+                let options = SizeOptions { overhang, ..size };
                 let cover = patch_within(&estimator, face, options, &shapes);
                 (cover.map_err(Failure::from)?, 0.5 * tolerance)
             }
             (_, _, tolerance) => {
                 let tolerance = tolerance.unwrap_or(0.0);
-                let defaults = CoverOptions::new(tolerance);
+                let defaults = CoverOptions::new(sized.length(tolerance));
                 let size = SizeOptions { overhang, ..defaults.size };
                 let options = CoverOptions { size, shapes, method, ..defaults };
                 let candidates =
@@ -105,6 +109,7 @@ pub(crate) fn patch(
                 (candidates.map_err(Failure::from)?.choose(method), 0.5 * tolerance)
             }
         };
+        let cover = sized.restore(cover).map_err(Failure::from)?;
         Ok(CoverData { cover: Arc::new(cover), content: Arc::clone(&content), cut })
     })
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use dtri_flip::{
-    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Rejections,
+    Anneal, CostName, FlipError, FlipOptions, FlipReport, Phase, Progress, Rebuild, Rejections,
     ShapeConstraint, Ties,
 };
 use glam::DVec3;
@@ -292,7 +292,10 @@ fn optimise(
     let result =
         options.cost.optimise(mesh, options.area.into(), flip_options, &mut |now| show(&bar, now));
     bar.finish_and_clear();
-    result.map_err(|error| Failure::Usage(error.to_string()))
+    result.map_err(|error| match error {
+        FlipError::Scale(error) => Failure::refused(error),
+        option => Failure::Usage(option.to_string()),
+    })
 }
 
 /// Shows the completed share of the largest amount of remaining work so far.

@@ -14,7 +14,8 @@ use mesh_core::{FaceId, Handle, TriMesh};
 use mesh_io::Format;
 use mesh_view::{Exhibit, Field, Layout, Lines, On, Page, Section};
 use mesh_work::{
-    Length, PatchWorkError, cover_model, parse_length, patch_of_radius, patch_within, splat_model,
+    Length, PatchMesh, PatchWorkError, cover_model, parse_length, patch_of_radius, patch_within,
+    splat_model,
 };
 use serde::Serialize;
 
@@ -338,58 +339,52 @@ impl Patch {
 }
 
 impl What {
-    fn make(&self, mesh: &TriMesh, relative: bool, console: &Console) -> Result<Made, Failure> {
+    fn make(&self, original: &TriMesh, relative: bool, console: &Console) -> Result<Made, Failure> {
         let params = self.preset.params();
+        let sized = PatchMesh::new(original).map_err(Failure::refused)?;
+        let mesh = sized.mesh();
         let estimator = CurvatureEstimator::new(mesh, params)
             .map_err(|error| Failure::Usage(error.to_string()))?;
         let shapes = self.shape.shapes();
-        let units = |length: Length| length.on(mesh, relative).map_err(Failure::refused);
-        match (self.face, self.radius) {
+        let units = |length: Length| length.on(original, relative).map_err(Failure::refused);
+        let (patches, cover, cut) = match (self.face, self.radius) {
             (Some(face), Some(radius)) => {
                 let radius = units(radius)?;
-                let cover = patch_of_radius(&estimator, face_of(mesh, face)?, radius, &shapes)
+                let at = face_of(mesh, face)?;
+                let cover = patch_of_radius(&estimator, at, sized.length(radius), &shapes)
                     .map_err(failed)?;
-                let patches = PatchSettings::OfRadius { face, radius, shapes };
-                Ok(Made { settings: Settings { params, patches }, cover, cut: 2e-3 * radius })
+                (PatchSettings::OfRadius { face, radius, shapes }, cover, 2e-3 * radius)
             }
             (Some(face), None) => {
                 let tolerance = units(self.tolerance)?;
                 let overhang = !self.no_overhang;
-                let size = SizeOptions { overhang, ..SizeOptions::new(tolerance) };
+                let of = |tolerance| SizeOptions { overhang, ..SizeOptions::new(tolerance) };
+                let size = of(sized.length(tolerance));
                 let cover = patch_within(&estimator, face_of(mesh, face)?, size, &shapes)
                     .map_err(failed)?;
-                let patches = PatchSettings::Within { face, size, shapes };
-                Ok(Made { settings: Settings { params, patches }, cover, cut: 0.5 * tolerance })
+                let size = of(tolerance);
+                (PatchSettings::Within { face, size, shapes }, cover, 0.5 * tolerance)
             }
-            (None, _) => self.cover(&estimator, units(self.tolerance)?, console),
-        }
+            (None, _) => {
+                let tolerance = units(self.tolerance)?;
+                let options = self.cover_options(sized.length(tolerance));
+                let cover = cover(&estimator, &options, console)?;
+                let patches = PatchSettings::Cover(self.cover_options(tolerance));
+                (patches, cover, 0.5 * tolerance)
+            }
+        };
+        let cover = sized.restore(cover).map_err(failed)?;
+        Ok(Made { settings: Settings { params, patches }, cover, cut })
     }
 
-    fn cover(
-        &self,
-        estimator: &CurvatureEstimator<'_>,
-        tolerance: f64,
-        console: &Console,
-    ) -> Result<Made, Failure> {
+    fn cover_options(&self, tolerance: f64) -> CoverOptions {
         let defaults = CoverOptions::new(tolerance);
-        let options = CoverOptions {
+        CoverOptions {
             size: SizeOptions { overhang: !self.no_overhang, ..defaults.size },
             shapes: self.shape.shapes(),
             method: self.method.into(),
             ..defaults
-        };
-        let faces = estimator.mesh().topology().face_count();
-        let bar = console.progress(faces as u64, "fitting");
-        let candidates =
-            CoverCandidates::find_with_progress(estimator, &options, &mut |progress| {
-                bar.set_position(progress.settled as u64);
-                ControlFlow::Continue(())
-            });
-        bar.finish_and_clear();
-        let candidates = candidates.map_err(|error| Failure::Usage(error.to_string()))?;
-        let cover = candidates.choose(options.method);
-        let (params, patches) = (self.preset.params(), PatchSettings::Cover(options));
-        Ok(Made { settings: Settings { params, patches }, cover, cut: 0.5 * tolerance })
+        }
     }
 
     fn method_name(&self, cover: &Cover) -> &'static str {
@@ -399,6 +394,22 @@ impl What {
             (None, _) => "greedy",
         }
     }
+}
+
+fn cover(
+    estimator: &CurvatureEstimator<'_>,
+    options: &CoverOptions,
+    console: &Console,
+) -> Result<Cover, Failure> {
+    let faces = estimator.mesh().topology().face_count();
+    let bar = console.progress(faces as u64, "fitting");
+    let candidates = CoverCandidates::find_with_progress(estimator, options, &mut |progress| {
+        bar.set_position(progress.settled as u64);
+        ControlFlow::Continue(())
+    });
+    bar.finish_and_clear();
+    let candidates = candidates.map_err(|error| Failure::Usage(error.to_string()))?;
+    Ok(candidates.choose(options.method))
 }
 
 fn failed(error: PatchWorkError) -> Failure {

@@ -1,5 +1,6 @@
 //! Loads a mesh and warns of components that are inside out: mean curvature has the wrong sign there.
 
+use mesh_core::UnitScale;
 use mesh_core::measure::Facing;
 use mesh_work::Loaded;
 
@@ -10,7 +11,7 @@ use crate::load::Seconds;
 use crate::task::Task;
 use crate::text::printable;
 
-/// The mesh and its number of components that are inside out.
+/// The mesh and its number of components that are inside out. A mesh is refused if its areas are not numbers.
 pub(super) fn load(
     options: &Curvature,
     task: &Task,
@@ -18,6 +19,7 @@ pub(super) fn load(
     console: &Console,
 ) -> Result<(Loaded, usize), Failure> {
     let loaded = task.load(&options.job.loading, seconds, console)?;
+    UnitScale::with_areas(&loaded.mesh).map_err(Failure::refused)?;
     let facings = Seconds::time(&mut seconds.compute, || loaded.mesh.facings());
     let count = facings.count(Facing::InsideOut);
     if count > 0 {

@@ -1,0 +1,88 @@
+//! Curvatures and patches of very small and very large meshes.
+#![allow(clippy::unwrap_used)]
+
+use curvpatch::{CoverOptions, CurvatureEstimator, Params, cover};
+use dcurv::FitOptions;
+use mesh_core::TriMesh;
+use mesh_shapes::{Irregular, Torus};
+use mesh_work::{FaceValues, FrameEstimator, FrameValues, PatchMesh, cover_model};
+
+fn torus(scale: f64) -> TriMesh {
+    let soup =
+        Torus { major: 1.0, minor: 0.4 }.irregular_mesh(12, 8, Irregular::default()).unwrap();
+    let mut mesh = TriMesh::from_soup(&soup).unwrap();
+    mesh.positions_mut().iter_mut().for_each(|p| *p *= scale);
+    mesh
+}
+
+const EXPONENTS: [i32; 12] = [-499, -400, -300, -200, -120, -41, 41, 120, 200, 300, 400, 498];
+
+/// All estimators but that of the papers, as bits: curvature times length has no unit.
+#[test]
+fn curvatures_of_scaled_meshes_are_scaled_curvatures() {
+    let measure = |scale: f64| {
+        let mesh = torus(scale);
+        let faces = FaceValues::of(&mesh, Params::default(), None).unwrap();
+        let frames = [
+            FrameEstimator::Auto { noise: None },
+            FrameEstimator::Fit(FitOptions::rings(2)),
+            FrameEstimator::Ball { radius: None },
+            FrameEstimator::Corrected { radius: None },
+        ]
+        .map(|estimator| FrameValues::of(&mesh, estimator).unwrap());
+        let mut numbers = vec![faces.radius / scale, frames[2].radius.unwrap() / scale];
+        numbers.push(frames[0].noise().unwrap() / scale);
+        for disc in faces.discs.as_slice().iter().flatten() {
+            numbers.extend(disc.curvatures.map(|k| k * scale));
+            numbers.extend((disc.center / scale).to_array());
+        }
+        for value in frames.iter().flat_map(|all| all.of_vertex.as_slice()).flatten() {
+            numbers.extend(value.principal().map(|k| k * scale));
+            numbers.extend([value.mean * scale, value.gaussian * scale * scale]);
+        }
+        let sums = frames.iter().map(|frames| frames.integrals(&mesh));
+        for sums in sums.chain([faces.integrals(&mesh)]) {
+            numbers.extend([sums.integral_gaussian, sums.f1, sums.f3 / scale]);
+        }
+        numbers.iter().map(|number| number.to_bits()).collect::<Vec<u64>>()
+    };
+    let unit = measure(1.0);
+    assert!(unit.len() > 1500);
+    for exponent in EXPONENTS {
+        assert_eq!(measure(f64::from(exponent).exp2()), unit, "2^{exponent}");
+    }
+}
+
+#[test]
+fn patches_of_scaled_meshes_are_scaled_patches() {
+    let measure = |scale: f64| {
+        let original = torus(scale);
+        let sized = PatchMesh::new(&original).unwrap();
+        let estimator = CurvatureEstimator::new(sized.mesh(), Params::default()).unwrap();
+        let found = cover(&estimator, &CoverOptions::new(sized.length(0.03 * scale))).unwrap();
+        let found = sized.restore(found).unwrap();
+        assert_eq!(found.tolerance, 0.03 * scale);
+        let model = cover_model(&original, &found, 0.01 * scale).unwrap();
+        let places = model.soup.positions().iter().map(|&p| (p / scale).to_array());
+        let errors = found.patches.iter().map(|p| [p.errors.points, p.errors.heights, 0.0]);
+        let numbers = places.chain(errors.map(|e| e.map(|x| x / scale)));
+        (found.patches.len(), numbers.flatten().map(f64::to_bits).collect::<Vec<u64>>())
+    };
+    let unit = measure(1.0);
+    assert!(unit.0 > 4);
+    for exponent in EXPONENTS {
+        assert_eq!(measure(f64::from(exponent).exp2()), unit, "2^{exponent}");
+    }
+}
+
+/// Beyond the sizes at which areas are numbers, nothing is reported as 0.
+#[test]
+fn meshes_without_areas_are_refused() {
+    for exponent in [-900, -502, 501, 900] {
+        let mesh = torus(f64::from(exponent).exp2());
+        assert!(FaceValues::of(&mesh, Params::default(), None).is_err());
+        assert!(FrameValues::of(&mesh, FrameEstimator::Auto { noise: None }).is_err());
+        assert!(FrameValues::of(&mesh, FrameEstimator::Ball { radius: None }).is_err());
+        assert!(PatchMesh::new(&mesh).is_err());
+    }
+}
