@@ -91,6 +91,51 @@ fn cones_of_sixty_thousand_faces_are_collapsed() {
     }
 }
 
+/// A closed cylinder of radius and height 1 with this many sides, caps as fans around their centres.
+fn cylinder(sides: u32) -> TriMesh {
+    let rim = |i: u32, z: f64| {
+        let angle = TAU * f64::from(i) / f64::from(sides);
+        DVec3::new(angle.cos(), angle.sin(), z)
+    };
+    let mut points: Vec<DVec3> = (0..sides).map(|i| rim(i, 0.0)).collect();
+    points.extend((0..sides).map(|i| rim(i, 1.0)));
+    points.extend([DVec3::ZERO, DVec3::Z]);
+    let faces = |i: u32| {
+        let (a, b) = (i, (i + 1) % sides);
+        let (above_a, above_b) = (sides + a, sides + b);
+        let (below, above) = (2 * sides, 2 * sides + 1);
+        [[a, b, above_b], [a, above_b, above_a], [b, a, below], [above_a, above_b, above]]
+    };
+    let triangles: Vec<[u32; 3]> = (0..sides).flat_map(faces).collect();
+    TriMesh::from_triangles(&points, &triangles).unwrap()
+}
+
+/// The sides are slivers. Collapses along a rim make the slivers beside it a little more oblique.
+#[test]
+fn cylinders_of_slivers_lose_their_faces() {
+    for preset in [Preset::Draft, Preset::Default] {
+        for sides in [700, 2000, 5000] {
+            let mut options = Options::preset(preset).to_faces(400);
+            options.refine = RefineOptions::none();
+            let result = simplify(&cylinder(sides), &options).unwrap();
+            let faces = result.mesh.topology().face_count();
+            assert!((399..=400).contains(&faces), "{preset} {sides}: {faces}");
+        }
+    }
+}
+
+#[test]
+fn rejected_edges_at_a_cap_are_tried_a_few_times() {
+    for sides in [400, 2000] {
+        let mut options = Options::preset(Preset::Default).to_faces(400);
+        options.refine = RefineOptions::none();
+        let result = simplify(&cylinder(sides), &options).unwrap();
+        let rejected = result.rejections.total() as u64;
+        // Once for each collapse beside a cap, it would be hundreds for each face.
+        assert!(rejected < 20 * 4 * u64::from(sides), "{sides}: {rejected}");
+    }
+}
+
 /// The number of faces that are compared with the faces of some vertices after a small move.
 fn faces_compared(mesh: &TriMesh, vertices: impl Iterator<Item = u32>) -> usize {
     let (topology, tree) = (mesh.topology(), FaceTree::new(mesh));

@@ -13,7 +13,7 @@ use crate::blocks::corner_table::{CornerTable, NONE, STRIDE, previous};
 use crate::blocks::edge_rows::Patch;
 use crate::blocks::lanes::LANES;
 use crate::blocks::rules::Rules;
-use crate::engine::valence::MOST_EDGES;
+use crate::engine::valence::{MOST_EDGES, is_later};
 use crate::geometry::quadric::Quadric;
 use crate::rejection::{Rejection, Rejections};
 
@@ -67,6 +67,8 @@ pub(super) struct BlockMesh {
     vertices: Vec<BlockVertex>,
     /// For each edge, whether it was rejected and waits for a change around it.
     is_refused: Vec<bool>,
+    /// Vertices whose rejected edges are tried again later.
+    later: Vec<u32>,
     queue: BucketQueue,
     /// The half-edge of each side; empty unless collapses are recorded.
     half_edges: Vec<u32>,
@@ -153,6 +155,7 @@ impl BlockMesh {
         let mut block_mesh = Self {
             rules,
             is_refused: vec![false; corners.edge_capacity()],
+            later: Vec::new(),
             queue: BucketQueue::new(corners.edge_capacity()),
             half_edges: half_edges.into_iter().flat_map(|[a, b, c]| [a, b, c, NONE]).collect(),
             patch: Patch::new(),
@@ -266,6 +269,9 @@ impl BlockMesh {
             }
             let batch = self.take(goal.end, &mut turns);
             if batch.count == 0 {
+                if self.readmit_later() {
+                    continue;
+                }
                 return true;
             }
             let candidates = candidates(simd, &self.vertices, &batch.ends, self.rules.marginal);
@@ -388,6 +394,7 @@ impl BlockMesh {
         let gone = &self.vertices[removed as usize];
         let (valence, has_refused) = (gone.valence(), gone.has_refused());
         let position = gone.position + half + x;
+        self.vertices[removed as usize].set_valence(0);
         let vertex = &mut self.vertices[kept as usize];
         vertex.position = position;
         vertex.set_quadric(&quadric.moved_by(x));
@@ -431,23 +438,50 @@ impl BlockMesh {
         {
             return;
         }
+        if is_later(self.vertices[v as usize].valence()) {
+            if self.later.last() != Some(&v) {
+                self.later.push(v);
+            }
+            return;
+        }
+        self.readmit_edges_of(v, at);
+    }
+
+    /// Puts the rejected edges that were left for later back into the queue, and returns whether there are any.
+    fn readmit_later(&mut self) -> bool {
+        let mut any = false;
+        for v in core::mem::take(&mut self.later) {
+            let vertex = &self.vertices[v as usize];
+            // Merged vertices have no edges.
+            if vertex.has_refused() && (1..=MOST_EDGES).contains(&vertex.valence()) {
+                any |= self.readmit_edges_of(v, 0);
+            }
+        }
+        any
+    }
+
+    /// Puts the rejected edges of a vertex back into the queue, and returns whether there are any.
+    fn readmit_edges_of(&mut self, v: u32, at: usize) -> bool {
         self.vertices[v as usize].set_refused(false);
         let first = self.corners.first_at(v);
         let mut corner = first;
-        self.readmit_edge(self.corners.edge(corner), at);
+        let mut any = self.readmit_edge(self.corners.edge(corner), at);
         loop {
-            self.readmit_edge(self.corners.edge(previous(corner)), at);
+            any |= self.readmit_edge(self.corners.edge(previous(corner)), at);
             match self.corners.turn(corner, first) {
                 Some(next) => corner = next,
-                None => break,
+                None => return any,
             }
         }
     }
 
-    fn readmit_edge(&mut self, edge: u32, at: usize) {
-        if core::mem::take(&mut self.is_refused[edge as usize]) && !self.queue.contains(edge) {
+    fn readmit_edge(&mut self, edge: u32, at: usize) -> bool {
+        let is_new =
+            core::mem::take(&mut self.is_refused[edge as usize]) && !self.queue.contains(edge);
+        if is_new {
             self.queue.push(edge, at);
         }
+        is_new
     }
 }
 

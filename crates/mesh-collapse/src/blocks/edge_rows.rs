@@ -13,6 +13,7 @@ use crate::blocks::block_vertex::BlockVertex;
 use crate::blocks::corner_table::{CornerTable, NONE, next, previous};
 use crate::blocks::lanes::{LANES, Row, Vectors, columns};
 use crate::blocks::rules::Rules;
+use crate::constraint::shape::STILL_AS_GOOD;
 use crate::engine::valence::MOST_EDGES;
 use crate::rejection::Rejection;
 
@@ -317,7 +318,7 @@ impl Patch {
         faces.filter_map(|(apex, [a, b])| apex.map(|c| [a, b, c]))
     }
 
-    /// Whether no face becomes thinner than the thinnest face was before; for patches with a face below the limit.
+    /// Whether no face becomes noticeably thinner than the thinnest face was before; for patches with a face below the limit.
     #[cold]
     #[inline(never)]
     fn is_no_thinner(&self, x: DVec3, min_shape: Option<f64>) -> bool {
@@ -332,7 +333,7 @@ impl Patch {
         }
         before = self.vanishing().map(squared_shape).fold(before, f64::min);
         let is_thin = min_shape.is_some_and(|least| worst < least * least);
-        !is_thin || (worst > 0.0 && worst >= before)
+        !is_thin || (worst > 0.0 && worst >= STILL_AS_GOOD * STILL_AS_GOOD * before)
     }
 }
 
@@ -411,7 +412,7 @@ mod tests {
                     Err(Rejection::JoinsBoundaries)
                 } else if is_turned {
                     Err(Rejection::NormalTurn)
-                } else if worst < 0.25 && worst < before {
+                } else if worst < 0.25 && worst < STILL_AS_GOOD * before {
                     Err(Rejection::Sliver)
                 } else {
                     Ok(())

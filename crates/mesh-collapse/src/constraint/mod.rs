@@ -8,7 +8,7 @@ mod component;
 mod face_limits;
 mod intersection;
 mod normal;
-mod shape;
+pub(crate) mod shape;
 
 pub use component::ComponentConstraint;
 pub use face_limits::FaceLimits;

@@ -11,12 +11,16 @@ use crate::rejection::Rejection;
 ///
 /// The shape of a face is its area divided by the area of an equilateral triangle with the same sum of squared sides: 1
 /// for that triangle, 0 for a face without area. A sliver is rejected only if it is worse than the worst face of the
-/// patch before, because a mesh with slivers must be able to lose them.
+/// patch before by more than one percent, because a mesh with slivers must be able to lose them: on a cylinder of needles,
+/// each collapse along the rim makes the needles beside it oblique, and so a little worse.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeConstraint {
     /// Faces with at least this shape are always allowed.
     pub min_shape: f64,
 }
+
+/// A face with this part of a shape counts as no worse.
+pub(crate) const STILL_AS_GOOD: f64 = 0.99;
 
 impl Default for ShapeConstraint {
     fn default() -> Self {
@@ -38,7 +42,7 @@ impl Constraint for ShapeConstraint {
             let [a, b, c] = f.corners;
             shape(a, b, c, f.cross)
         });
-        if worst > 0.0 && worst >= before.fold(1.0, f64::min) {
+        if worst > 0.0 && worst >= STILL_AS_GOOD * before.fold(1.0, f64::min) {
             Ok(())
         } else {
             Err(Rejection::Sliver)

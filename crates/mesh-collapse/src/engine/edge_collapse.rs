@@ -108,6 +108,9 @@ fn run_in_rounds<C: Cost, P: Placement>(
             return reason;
         }
         if !rounds.take(&mut round) {
+            if stepper.readmit_later(&mut rounds) {
+                continue;
+            }
             let Some(others) = stepper.others() else { return StopReason::NothingLeft };
             rounds.refill(stepper.mesh().topology(), &others);
             continue;
@@ -168,6 +171,9 @@ fn run_in_order<C: Cost, P: Placement>(
             return reason;
         }
         let Some(Entry { cost: key, edge }) = heap.pop(stepper.mesh().topology()) else {
+            if stepper.readmit_later(&mut heap) {
+                continue;
+            }
             let Some(others) = stepper.others() else { return StopReason::NothingLeft };
             heap = Heap::new(stepper.mesh().topology().edge_capacity(), others);
             continue;

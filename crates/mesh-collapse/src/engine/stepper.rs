@@ -35,6 +35,8 @@ pub(super) struct Stepper<'a, C, P> {
     is_refused: Vec<bool>,
     /// An upper bound of the number of rejected edges at each vertex.
     refused_at: Vec<u32>,
+    /// Vertices whose rejected edges are tried again later.
+    later: Vec<VertexId>,
     valences: ValenceTable,
     used_vertices: usize,
     detail: Detail,
@@ -179,6 +181,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             detail,
             is_refused,
             refused_at,
+            later: Vec::new(),
             valences,
             used_vertices,
             memory: Memory::default(),
@@ -393,21 +396,47 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
 
     /// Puts the rejected edges around the last collapse back into the schedule.
     fn readmit(&mut self, schedule: &mut dyn EdgeQueue) {
-        let topology = self.mesh.topology();
-        for &v in &self.touched {
-            // Its edges would be rejected again.
-            if self.valences.is_crowded(v) {
+        let touched = core::mem::take(&mut self.touched);
+        for &v in &touched {
+            // The edges of a crowded vertex would be rejected again.
+            if self.valences.is_crowded(v) || self.refused_at[v.index()] == 0 {
                 continue;
             }
-            if core::mem::take(&mut self.refused_at[v.index()]) == 0 {
-                continue;
-            }
-            for edge in topology.edges_of_vertex(v) {
-                if core::mem::take(&mut self.is_refused[edge.index()]) {
-                    schedule.push_unknown(topology, edge);
+            if self.valences.is_later(v) {
+                if self.later.last() != Some(&v) {
+                    self.later.push(v);
                 }
+                continue;
+            }
+            self.readmit_at(v, schedule);
+        }
+        self.touched = touched;
+    }
+
+    /// Puts the rejected edges of a vertex back into the schedule, and returns whether there are any.
+    fn readmit_at(&mut self, v: VertexId, schedule: &mut dyn EdgeQueue) -> bool {
+        let topology = self.mesh.topology();
+        self.refused_at[v.index()] = 0;
+        let mut any = false;
+        for edge in topology.edges_of_vertex(v) {
+            if core::mem::take(&mut self.is_refused[edge.index()]) {
+                schedule.push_unknown(topology, edge);
+                any = true;
             }
         }
+        any
+    }
+
+    /// Puts the rejected edges that were left for later back into the schedule, and returns whether there are any.
+    pub(super) fn readmit_later(&mut self, schedule: &mut dyn EdgeQueue) -> bool {
+        let mut any = false;
+        for v in core::mem::take(&mut self.later) {
+            let is_there = self.mesh.topology().contains_vertex(v);
+            if is_there && self.refused_at[v.index()] > 0 && !self.valences.is_crowded(v) {
+                any |= self.readmit_at(v, schedule);
+            }
+        }
+        any
     }
 
     /// Lists the edges, by index, whose cost the last collapse may have changed, without rejected edges.

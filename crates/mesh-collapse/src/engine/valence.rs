@@ -9,6 +9,18 @@ use mesh_core::{EdgeId, Topology, VertexId};
 /// The largest valence of a vertex whose edges may collapse.
 pub(crate) const MOST_EDGES: u32 = 512;
 
+/// With more edges at a vertex, its rejected edges are not tried again after every collapse beside it: on the way from
+/// 512 edges down, that would take as many evaluations as the square of the valence, each in time of the valence.
+const MANY_EDGES: u32 = 64;
+/// They are tried again when the valence has fallen to a multiple of this, and at the end.
+const STEP: u32 = 32;
+
+/// Whether the rejected edges of a vertex of this valence are tried again later, and not now.
+#[inline]
+pub(crate) fn is_later(valence: u32) -> bool {
+    valence > MANY_EDGES && !valence.is_multiple_of(STEP)
+}
+
 /// The valence of each vertex, by index.
 #[derive(Clone, Debug)]
 pub(super) struct ValenceTable(Vec<u32>);
@@ -20,6 +32,11 @@ impl ValenceTable {
             counts[v.index()] += 1;
         }
         Self(counts)
+    }
+
+    /// Whether the rejected edges of a vertex are tried again later, and not now.
+    pub(super) fn is_later(&self, v: VertexId) -> bool {
+        is_later(self.0[v.index()])
     }
 
     /// Whether the valence of a vertex is so high that its edges have to wait.
