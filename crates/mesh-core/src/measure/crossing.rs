@@ -6,6 +6,7 @@
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
+use crate::measure::bounding_box::BoundingBox;
 use crate::topology::handle::VertexId;
 
 /// A triangle of a mesh: its vertices and their positions.
@@ -24,6 +25,7 @@ pub fn triangles_cross(first: Triangle, second: Triangle) -> bool {
     // Rotate each so that the common vertices come first.
     let shared = |v: &VertexId| second.0.contains(v);
     match first.0.iter().filter(|v| shared(v)).count() {
+        0 if are_apart(first.1, second.1) => false,
         0 => {
             sides(first.1).any(|side| segment_meets_triangle(side, second.1))
                 || sides(second.1).any(|side| segment_meets_triangle(side, first.1))
@@ -32,6 +34,21 @@ pub fn triangles_cross(first: Triangle, second: Triangle) -> bool {
         2 => cross_at_edge(first, second),
         _ => true,
     }
+}
+
+/// Whether the box or the plane of a triangle with area certainly separates it from another one. Rules out most pairs
+/// in a strip of long thin triangles, whose boxes overlap.
+fn are_apart(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
+    let meet = BoundingBox::of_triangle(first).meets(BoundingBox::of_triangle(second));
+    let is_beside = |[a, b, c]: [DVec3; 3], [p, q, r]: [DVec3; 3]| {
+        let above = orientation(a, b, c, p);
+        let is_same = |point| match above > 0.0 {
+            true => orientation(a, b, c, point) > 0.0,
+            false => orientation(a, b, c, point) < 0.0,
+        };
+        above != 0.0 && is_same(q) && is_same(r)
+    };
+    !meet || is_beside(first, second) || is_beside(second, first)
 }
 
 /// With one common vertex, any other common points reach the opposite side of one of the triangles.
@@ -90,6 +107,10 @@ fn is_degenerate([a, b, c]: [DVec3; 3]) -> bool {
 }
 
 fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
+    // In a plane parallel to a coordinate plane, adaptive arithmetic would go through all stages to find zero.
+    if (a.cmpeq(b) & b.cmpeq(c) & c.cmpeq(d)).any() {
+        return 0.0;
+    }
     let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
     orient3d(a, b, c, d)
 }
