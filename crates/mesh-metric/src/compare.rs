@@ -148,8 +148,8 @@ pub fn compare_until(
     options: &CompareOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> Option<Comparison> {
-    if let Some(frame) = Frame::of(a, b)
-        && let (Some(a), Some(b)) = (frame.place(a), frame.place(b))
+    if let Some(frame) = Frame::of(a.bounding_box(), b.bounding_box())
+        && let (Some(a), Some(b)) = (a.placed(frame), b.placed(frame))
     {
         let Comparison { forward, backward } = compare_until(&a, &b, options, stops)?;
         let [forward, backward] = [forward, backward].map(|side| side.restored(frame));
@@ -179,8 +179,8 @@ pub fn compare_one_way_until(
     options: &CompareOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> Option<OneSided> {
-    if let Some(frame) = Frame::of(from, to)
-        && let (Some(from), Some(to)) = (frame.place(from), frame.place(to))
+    if let Some(frame) = Frame::of(from.bounding_box(), to.bounding_box())
+        && let (Some(from), Some(to)) = (from.placed(frame), to.placed(frame))
     {
         let found = compare_one_way_until(&from, &to, options, stops)?;
         return Some(found.restored(frame));
@@ -279,8 +279,8 @@ const MOST_PARTS: usize = 200;
 /// at least two parts, and at most 200.
 #[must_use]
 pub fn face_distances(from: &Surface, to: &Surface, points: usize) -> Vec<f64> {
-    if let Some(frame) = Frame::of(from, to)
-        && let (Some(from), Some(to)) = (frame.place(from), frame.place(to))
+    if let Some(frame) = Frame::of(from.bounding_box(), to.bounding_box())
+        && let (Some(from), Some(to)) = (from.placed(frame), to.placed(frame))
     {
         let found = face_distances(&from, &to, points);
         return found.into_iter().map(|distance| frame.original_length(distance)).collect();
@@ -371,8 +371,8 @@ impl<'a> Points<'a> {
 /// [`Comparison::hausdorff`] of [`compare`], in about half the time.
 #[must_use]
 pub fn sampled_hausdorff(a: &Surface, b: &Surface, options: &CompareOptions) -> f64 {
-    if let Some(frame) = Frame::of(a, b)
-        && let (Some(a), Some(b)) = (frame.place(a), frame.place(b))
+    if let Some(frame) = Frame::of(a.bounding_box(), b.bounding_box())
+        && let (Some(a), Some(b)) = (a.placed(frame), b.placed(frame))
     {
         return frame.original_length(sampled_hausdorff(&a, &b, options));
     }

@@ -7,8 +7,6 @@
 use glam::DVec3;
 use mesh_core::BoundingBox;
 
-use crate::surface::Surface;
-
 /// Surfaces whose largest coordinate is up to this multiple of their extent are not shifted.
 const NEAR: f64 = 1_048_576.0;
 /// Largest binary exponent of coordinates that are not scaled: products of four lengths must not overflow.
@@ -22,9 +20,8 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The frame for two surfaces; `None` if they can stay as they are.
-    pub(crate) fn of(a: &Surface, b: &Surface) -> Option<Self> {
-        let (a, b) = (a.bounding_box(), b.bounding_box());
+    /// The frame for surfaces in two boxes; `None` if they can stay as they are.
+    pub(crate) fn of(a: BoundingBox, b: BoundingBox) -> Option<Self> {
         let bounds = BoundingBox { min: a.min.min(b.min), max: a.max.max(b.max) };
         let largest = |b: BoundingBox| b.min.abs().max(b.max.abs()).max_element();
         let is_far = largest(bounds) > NEAR * bounds.extent().max_element();
@@ -34,11 +31,6 @@ impl Frame {
         let is_extreme = exponent.is_finite() && exponent.abs() > LARGEST_EXPONENT;
         let factor = if is_extreme { (-exponent).clamp(-1000.0, 1000.0).exp2() } else { 1.0 };
         (is_extreme || origin != DVec3::ZERO).then_some(Self { origin, factor })
-    }
-
-    /// The surface in the frame; `None` if a position overflows.
-    pub(crate) fn place(self, surface: &Surface) -> Option<Surface> {
-        surface.with_positions(|p| self.point(p))
     }
 
     pub(crate) fn point(self, original: DVec3) -> DVec3 {

@@ -139,8 +139,10 @@ pub fn hausdorff_bounds_until(
     options: &CertifyOptions,
     stops: &mut dyn FnMut() -> bool,
 ) -> Option<CertifiedBounds> {
-    let Some(frame) = Frame::of(a, b) else { return bounds_in_range(a, b, options, stops) };
-    let (Some(a), Some(b)) = (frame.place(a), frame.place(b)) else {
+    let Some(frame) = Frame::of(a.bounding_box(), b.bounding_box()) else {
+        return bounds_in_range(a, b, options, stops);
+    };
+    let (Some(a), Some(b)) = (a.placed(frame), b.placed(frame)) else {
         return Some(CertifiedBounds::unknown(a));
     };
     let bounds = bounds_in_range(&a, &b, &options.placed(frame), stops)?;
@@ -174,10 +176,10 @@ fn bounds_in_range(
 /// The bounds include rounding errors, see [`hausdorff_bounds`].
 #[must_use]
 pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
-    let Some(frame) = Frame::of(from, to) else {
+    let Some(frame) = Frame::of(from.bounding_box(), to.bounding_box()) else {
         return one_sided_in_range(from, to, options);
     };
-    match (frame.place(from), frame.place(to)) {
+    match (from.placed(frame), to.placed(frame)) {
         (Some(from), Some(to)) => {
             one_sided_in_range(&from, &to, &options.placed(frame)).restored(frame)
         }

@@ -220,8 +220,8 @@ impl Surface {
         points: &[DVec3],
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Option<Vec<f64>> {
-        if let Some(frame) = Frame::of(self, self)
-            && let Some(placed) = frame.place(self)
+        if let Some(frame) = Frame::of(self.bounding_box(), self.bounding_box())
+            && let Some(placed) = self.placed(frame)
         {
             let points: Vec<DVec3> = points.iter().map(|&point| frame.point(point)).collect();
             let found = placed.distances_until(&points, stops)?;
@@ -331,9 +331,9 @@ impl Surface {
         self.bvh.nearest_to_each(points)
     }
 
-    /// The surface with other positions; `None` if one is not finite.
-    pub(crate) fn with_positions(&self, place: impl Fn(DVec3) -> DVec3) -> Option<Self> {
-        let positions = self.positions.iter().map(|&p| place(p)).collect();
+    /// The surface in a frame; `None` if a position is not finite there.
+    pub(crate) fn placed(&self, frame: Frame) -> Option<Self> {
+        let positions = self.positions.iter().map(|&p| frame.point(p)).collect();
         Self::build(positions, self.triangles.clone(), self.faces.clone()).ok()
     }
 
