@@ -324,7 +324,7 @@ impl Peers {
         let [vertices, faces, out] =
             ["vertices.raw", "faces.raw", "out.raw"].map(|f| self.folder.join(f));
         let topology = case.mesh.topology();
-        let numbers = case.mesh.positions().iter().flat_map(|p| p.to_array());
+        let numbers = case.mesh.positions().iter().flat_map(DVec3::to_array);
         std::fs::write(&vertices, numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>()).ok()?;
         let corners = topology.faces().flat_map(|face| topology.face_vertices(face));
         let corners = corners.flat_map(|v| (v.index() as u32).to_le_bytes());
