@@ -29,6 +29,7 @@ LONG: list[tuple[str, Callable[[cm.Mesh], object]]] = [
     ("face", lambda m: cm.curvature(m, estimator="face", radius="3%")),
     ("ball", lambda m: cm.curvature(m, estimator="ball", radius="4%")),
     ("fit", lambda m: cm.curvature(m, estimator="fit", rings=14)),
+    ("auto", lambda m: cm.curvature(m, noise="0.1%")),
     ("distance", lambda m: cm.distance(m, cm.shapes.sphere(7), samples=5_000_000)),
     ("exact", lambda m: cm.distance(m, cm.shapes.sphere(7), samples=1000, exact="0.002%")),
     ("patch", lambda m: cm.patch(m, tolerance="0.1%")),
@@ -49,7 +50,7 @@ def interrupts() -> Iterator[None]:
 @pytest.mark.parametrize("work", [work for _, work in LONG], ids=[name for name, _ in LONG])
 def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], large: cm.Mesh) -> None:
     # Built before, so that the work itself is interrupted.
-    cm.curvature(large)
+    cm.curvature(large, estimator="vertex")
     sent = [0.0]
 
     def send() -> None:
@@ -124,7 +125,7 @@ def test_eight_threads_on_one_mesh(bumpy: cm.Mesh) -> None:
 
     def work(number: int) -> Any:
         small = cm.simplify(mesh, faces=400 + 100 * (number % 4), threads=1 + number % 3)
-        k = cm.curvature(mesh)
+        k = cm.curvature(mesh, estimator="vertex")
         d = cm.distance(mesh, small.mesh, samples=5_000)
         return small.mesh.faces.tobytes(), k.mean.tobytes(), d.max
 
@@ -164,7 +165,7 @@ def work():
     mesh = cm.Mesh(ball.vertices, ball.faces)
     mesh.vertex_data["x"] = mesh.vertices[:, 0]
     small = cm.simplify(mesh, faces=300, preset="fast", callback=lambda state: None)
-    cm.curvature(small.mesh).directions.sum()
+    cm.curvature(small.mesh, estimator="vertex").directions.sum()
     cm.flip(small.mesh, cost=cm.FaceCost(lambda t: t[:, 0, 0], 1), max_flips=3)
     cm.distance(mesh, small.mesh, samples=100)
     try:
