@@ -6,7 +6,10 @@
 
 use std::error::Error;
 
-use dcurv::{CurvatureOptions, Curvatures, FitOptions, ball_curvatures, fitted_curvatures};
+use dcurv::{
+    CurvatureOptions, Curvatures, FitOptions, FitScale, ball_curvatures, estimate_noise,
+    fitted_curvatures,
+};
 use mesh_core::{TriMesh, VertexId};
 use mesh_shapes::{AnalyticSurface, Irregular, Torus, add_normal_noise};
 
@@ -27,7 +30,9 @@ fn main() -> Result<(), Box<dyn Error>> {
                 mesh.topology().vertices().map(error).fold(0.0, f64::max)
             };
             let curvatures = Curvatures::of(&mesh, &CurvatureOptions::default());
-            let fits = fitted_curvatures(&mesh, &FitOptions::default());
+            let scale = FitScale::Noise(estimate_noise(&mesh));
+            let options = FitOptions { scale, ..FitOptions::default() };
+            let fits = fitted_curvatures(&mesh, &options);
             let balls = ball_curvatures(&mesh, 2.0 / (n as f64).sqrt())?;
             println!(
                 "{:8} {noise:6} {:10.4} {:10.4} {:10.4}",
