@@ -213,6 +213,15 @@ impl Page {
     /// There is no mesh, or a mesh has no faces; the length of a list does not match its elements; or an index is out
     /// of range.
     pub fn to_html(&self) -> Result<String, ViewError> {
+        self.to_html_until(&|| false).map(Option::unwrap_or_default)
+    }
+
+    /// As [`to_html`](Self::to_html), until `stops` returns true; then `None`. It is called before each mesh and at the
+    /// end.
+    ///
+    /// # Errors
+    /// As [`to_html`](Self::to_html).
+    pub fn to_html_until(&self, stops: &dyn Fn() -> bool) -> Result<Option<String>, ViewError> {
         if self.exhibits.is_empty() {
             return Err(ViewError::NoMeshes);
         }
@@ -224,11 +233,13 @@ impl Page {
                 json!({ "name": map.name(), "diverging": map.is_diverging(), "blob": blob })
             })
             .collect();
-        let meshes: Vec<Value> = self
-            .exhibits
-            .iter()
-            .map(|exhibit| self.encode(exhibit, &mut blobs))
-            .collect::<Result<_, _>>()?;
+        let mut meshes: Vec<Value> = Vec::new();
+        for exhibit in &self.exhibits {
+            if stops() {
+                return Ok(None);
+            }
+            meshes.push(self.encode(exhibit, &mut blobs)?);
+        }
         let part = |part: &Section| {
             let all = |texts: &[String]| texts.iter().map(|t| visible(t)).collect::<Vec<_>>();
             json!({
@@ -248,7 +259,10 @@ impl Page {
             "start": self.start_values(),
             "report": self.report.iter().map(part).collect::<Vec<_>>(),
         });
-        Ok(document(&self.title, &json(&description), &blobs.elements))
+        if stops() {
+            return Ok(None);
+        }
+        Ok(Some(document(&self.title, &json(&description), &blobs.elements)))
     }
 
     fn start_values(&self) -> Value {
@@ -573,6 +587,22 @@ fn check(exhibit: &Exhibit) -> Result<(), ViewError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_page_is_given_up_at_every_call() {
+        let triangle = || Exhibit {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+            triangles: vec![[0, 1, 2]],
+            ..Exhibit::default()
+        };
+        let page = Page::new("two", vec![triangle(), triangle()]);
+        for calls in 0..4 {
+            let left = std::cell::Cell::new(calls);
+            let stops = || left.replace(left.get().saturating_sub(1)) == 0;
+            let html = page.to_html_until(&stops).unwrap();
+            assert_eq!(html, (calls == 3).then(|| page.to_html().unwrap()), "{calls}");
+        }
+    }
 
     /// A search for a free number from the start each time would take a hundred thousand times as long.
     #[test]

@@ -98,8 +98,11 @@ pub(crate) fn page(
     };
     let (layout, map, told) = settings().map_err(|failure| failure.raise(py))?;
     run(py, call, move |watch| {
-        let exhibits = told.into_iter().map(exhibit).collect::<Result<Vec<_>, Ended>>()?;
-        watch.check()?;
+        let exhibits = told.into_iter().map(|told| {
+            watch.check()?;
+            exhibit(told)
+        });
+        let exhibits = exhibits.collect::<Result<Vec<_>, Ended>>()?;
         let mut page = Page::new(given.title, exhibits);
         page.layout = layout;
         page.most_faces = given.most_faces.max(1);
@@ -113,7 +116,8 @@ pub(crate) fn page(
         page.start.color = given.color.map(|color| key(&page, color)).transpose()?;
         page.report =
             given.report.into_iter().map(|(title, rows)| Section::of_rows(&title, rows)).collect();
-        Ok(page.to_html().map_err(Failure::from)?)
+        let html = page.to_html_until(&|| watch.is_cancelled()).map_err(Failure::from)?;
+        html.ok_or_else(Ended::interrupted)
     })
 }
 
