@@ -55,19 +55,16 @@ pub(crate) struct Curvature {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Curvature")]
 pub(crate) struct Estimate {
-    /// `auto`: of surfaces fitted at each vertex, at a scale that follows the noise of the mesh; sums, and quantities
-    /// of whole vertices, as `vertex`; `vertex`: from angles and dihedral angles, as in the papers; `face`: from normal
-    /// sections through each face; `fit`: of surfaces fitted to the nearest points; `ball`: averaged over balls;
-    /// `corrected`: averaged over balls, with normals interpolated between vertices
+    /// How curvature is estimated
     #[arg(long, value_enum, default_value_t)]
     pub(crate) estimator: EstimatorName,
     /// With `face`: length of the sections to either side [default: 4 local edge lengths, different in each
-    /// direction; 4 mean edge lengths with `--preset paper`]. With `ball` and `corrected`: radius of the balls
-    /// [default: 4 mean edge lengths]. With `fit`: radius within which points have similar weights [default: the
-    /// nearest points decide]
+    /// direction; 4 mean edge lengths with `--preset paper`].
+    /// With `ball` and `corrected`: radius of the balls [default: 4 mean edge lengths].
+    /// With `fit`: radius of the points that are fitted [default: the nearest points decide]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) radius: Option<Length>,
-    /// With `auto` and `fit`: standard deviation of the noise of vertices, from which the scale follows
+    /// With `auto` and `fit`: standard deviation of the noise of vertices. The scale of the fits follows it
     /// [default: estimated from the mesh with `auto`, 0 with `fit`]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length, conflicts_with = "radius")]
     pub(crate) noise: Option<Length>,
@@ -85,12 +82,18 @@ pub(crate) struct Estimate {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EstimatorName {
+    /// Surfaces fitted at each vertex, at a scale that follows the noise of the mesh. Sums are those of `vertex`
     #[default]
     Auto,
+    /// Angles and dihedral angles at each vertex, as in the papers
     Vertex,
+    /// Normal sections through each face
     Face,
+    /// Surfaces fitted to the nearest points of each vertex
     Fit,
+    /// Averages over balls
     Ball,
+    /// Averages over balls, with normals interpolated between vertices
     Corrected,
 }
 
