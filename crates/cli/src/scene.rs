@@ -16,7 +16,7 @@ use crate::text::printable;
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Scenes (glTF and GLB, read and written)")]
 pub(crate) struct Merging {
-    /// Make one mesh of all meshes of a scene, as they are drawn, without nodes, names and animations
+    /// Merge all meshes of a scene into one mesh. Nodes, names and animations are lost
     #[arg(long)]
     one_mesh: bool,
 }
@@ -25,7 +25,8 @@ pub(crate) struct Merging {
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Scenes (glTF and GLB, read and written)")]
 pub(crate) struct Scenes {
-    /// What the targets are for: the whole scene, so that its error is least, or each mesh by itself
+    /// Whether targets are for the whole scene or for each mesh. For the whole scene, faces are divided between meshes so
+    /// that the error of the scene is least
     #[arg(
         long,
         value_name = "scene|mesh",

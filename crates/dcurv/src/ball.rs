@@ -35,6 +35,7 @@ use crate::edge::{dihedral_angles, edge_dihedral_angle};
 use crate::principal::{Axes, PrincipalFrame, TangentFrame};
 use crate::quantity::{Area, Integral, Pointwise};
 use crate::star::vertex_integrals;
+use crate::vertex_loop::of_vertices;
 
 /// Integrals over the part of a surface inside a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,15 +110,9 @@ impl BallCurvature {
         let plane = TangentFrame::of(self.normal_area.normalize_or_zero())?;
         let entry = |s: DVec3, t: DVec3| s.dot(self.tensor * t) / self.area.value();
         let form = [entry(plane.x, plane.x), entry(plane.x, plane.y), entry(plane.y, plane.y)];
-        let Axes { max, min, cos, sin } = Axes::of(form);
-        (max.is_finite() && min.is_finite()).then(|| PrincipalFrame {
-            k_max: Pointwise::new(max),
-            k_min: Pointwise::new(min),
-            // Across the edges with the largest bend.
-            direction_max: cos * plane.y - sin * plane.x,
-            direction_min: -(cos * plane.x + sin * plane.y),
-            normal: plane.z,
-        })
+        let axes = Axes::of(form);
+        // Across the edges with the largest bend.
+        plane.principal(Axes { cos: -axes.sin, sin: axes.cos, ..axes })
     }
 }
 
@@ -182,16 +177,9 @@ fn all_balls(
     radius: f64,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> VertexMap<BallCurvature> {
-    let integrate = |ball: &mut Ball<'_>, index| {
-        if stops() {
-            return BallCurvature::default();
-        }
-        ball.integrate(VertexId::from_index(index), radius)
-    };
-    let count = mesh.topology().vertex_capacity();
     let angles = Angles::of(mesh);
     let ball = || Ball::new(mesh, Some(&angles));
-    VertexMap::from_vec(parallel::collect_with(count, ball, integrate))
+    of_vertices(mesh, stops, ball, |ball, vertex| ball.integrate(vertex, radius))
 }
 
 /// Four mean edge lengths, or less where balls of that radius contain very many faces. 0 without edges.

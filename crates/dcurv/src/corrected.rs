@@ -22,13 +22,13 @@
 //! use the sine and arc tangent of the platform.
 
 use glam::{DMat3, DVec3};
-use mesh_core::{Handle as _, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{TriMesh, VertexId, VertexMap};
 
 use crate::ball::{InvalidRadius, check};
 use crate::ball_faces::BallFaces;
-use crate::noise::vertex_normals;
 use crate::principal::{Axes, PrincipalFrame, TangentFrame};
 use crate::quantity::{Area, Integral, Pointwise};
+use crate::vertex_loop::of_vertices;
 
 /// Corrected measures of the part of a surface inside a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,14 +81,7 @@ impl CorrectedCurvature {
             0.5 * (s.dot(self.tensor * t) + t.dot(self.tensor * s)) / self.area.value()
         };
         let form = [entry(plane.x, plane.x), entry(plane.x, plane.y), entry(plane.y, plane.y)];
-        let Axes { max, min, cos, sin } = Axes::of(form);
-        (max.is_finite() && min.is_finite()).then(|| PrincipalFrame {
-            k_max: Pointwise::new(max),
-            k_min: Pointwise::new(min),
-            direction_max: cos * plane.x + sin * plane.y,
-            direction_min: cos * plane.y - sin * plane.x,
-            normal: plane.z,
-        })
+        plane.principal(Axes::of(form))
     }
 
     /// Adds a part of a triangle.
@@ -170,16 +163,10 @@ fn all(
     radius: f64,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> VertexMap<CorrectedCurvature> {
-    let normals = vertex_normals(mesh);
+    let normals = mesh.vertex_normals();
     let normal = |v: VertexId| normals[v];
-    let of_vertex = |faces: &mut BallFaces<'_>, index| {
-        if stops() {
-            return CorrectedCurvature::default();
-        }
-        integrate(mesh, &normal, faces, VertexId::from_index(index), radius)
-    };
-    let count = mesh.topology().vertex_capacity();
-    VertexMap::from_vec(parallel::collect_with(count, || BallFaces::new(mesh), of_vertex))
+    let faces = || BallFaces::new(mesh);
+    of_vertices(mesh, stops, faces, |faces, vertex| integrate(mesh, &normal, faces, vertex, radius))
 }
 
 fn integrate(

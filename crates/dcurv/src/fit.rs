@@ -40,14 +40,14 @@
 //! time.
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{TriMesh, VertexId, VertexMap};
 
 use crate::height_points::Neighbourhood;
 use crate::jet_fit::{JetFit, JetSolver};
-use crate::noise::vertex_normals;
 use crate::principal::{PrincipalFrame, TangentFrame, fit_frame};
 use crate::quantity::Pointwise;
 use crate::scale_choice::{Candidate, choose, least_error};
+use crate::vertex_loop::of_vertices;
 
 /// The smallest number of points of a fit, if the surface has enough: slightly more than the five unknowns.
 pub const LEAST_POINTS: usize = 8;
@@ -168,16 +168,9 @@ fn all_fits(
     options: &FitOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> VertexMap<Option<FittedCurvature>> {
-    let normals = vertex_normals(mesh);
-    let fit = |fitter: &mut Fitter<'_>, index| {
-        if stops() {
-            return None;
-        }
-        fitter.fit(VertexId::from_index(index))
-    };
-    let count = mesh.topology().vertex_capacity();
+    let normals = mesh.vertex_normals();
     let fitter = || Fitter::new(mesh, Some(normals.as_slice()), *options);
-    VertexMap::from_vec(parallel::collect_with(count, fitter, fit))
+    of_vertices(mesh, stops, fitter, Fitter::fit)
 }
 
 /// Fits surfaces, with the memory for it.

@@ -121,16 +121,7 @@ impl JetSolver {
     /// Householder's factorisation, because the weights have a large range.
     pub(crate) fn through_vertex(&mut self, points: &[HeightPoint], fits: &mut Vec<JetFit>) {
         fits.clear();
-        let Some(scale) = points.last().map(|point| point.at.length()) else { return };
-        self.weights.clear();
-        self.weights.extend(points.iter().map(|point| {
-            let relative = point.at.length_squared() / (scale * scale);
-            relative.powi(POWER / 2).sqrt().recip()
-        }));
-        self.rows.clear();
-        for (point, weight) in points.iter().zip(&self.weights) {
-            self.rows.push(row(point, scale).map(|entry| entry * weight));
-        }
+        let Some(scale) = self.weigh(points) else { return };
         let Some(triangle) = self.eliminate(1) else { return };
         for (degree, count) in DEGREES {
             let unknowns = count - 1;
@@ -149,10 +140,9 @@ impl JetSolver {
                 model_variance += weight * influence.iter().map(|z| z * z).sum::<f64>();
                 let solved = triangle.back_substituted(count, |k| influence[k]);
                 let (mut squares, mut sum) = (0.0, 0.0);
-                for (row, w) in self.rows.iter().zip(&self.weights) {
-                    let of_height = w * (1..count).map(|k| row[k] * solved[k]).sum::<f64>();
-                    squares += of_height * of_height;
-                    sum += of_height;
+                for influence in self.of_heights(count, &solved) {
+                    squares += influence * influence;
+                    sum += influence;
                 }
                 // Heights are measured from the vertex, so its noise is in all of them.
                 noise_variance += weight * (squares + sum * sum) / (scale * scale);
@@ -166,6 +156,30 @@ impl JetSolver {
             });
         }
         fits.retain(JetFit::is_finite);
+    }
+
+    /// Sets the rows of points, with weights that grow without limit towards the vertex. Returns the unit of length, the
+    /// distance of the farthest point; `None` without points.
+    fn weigh(&mut self, points: &[HeightPoint]) -> Option<f64> {
+        let scale = points.last()?.at.length();
+        self.weights.clear();
+        self.weights.extend(points.iter().map(|point| {
+            let relative = point.at.length_squared() / (scale * scale);
+            relative.powi(POWER / 2).sqrt().recip()
+        }));
+        self.rows.clear();
+        for (point, weight) in points.iter().zip(&self.weights) {
+            self.rows.push(row(point, scale).map(|entry| entry * weight));
+        }
+        Some(scale)
+    }
+
+    /// How much a coefficient changes with the height of each point. `solved` is the row of the coefficient in the
+    /// inverse of the normal equations.
+    fn of_heights(&self, count: usize, solved: &Row) -> impl Iterator<Item = f64> {
+        let of_height =
+            move |(row, w): (&Row, &f64)| w * (0..count).map(|k| row[k] * solved[k]).sum::<f64>();
+        self.rows.iter().zip(&self.weights).map(of_height)
     }
 
     /// Divides the columns of `rows` by their lengths, and triangulates them by Householder's reflections. `None` if
@@ -264,11 +278,7 @@ impl JetSolver {
                 for (entry, length) in solved.iter_mut().zip(triangle.lengths) {
                     *entry /= length;
                 }
-                let of_height = |(row, w): (&Row, &f64)| {
-                    w * (0..count).map(|k| row[k] * solved[k]).sum::<f64>()
-                };
-                let rows = self.rows.iter().zip(&self.weights);
-                let variance: f64 = rows.map(of_height).map(|l| l * l).sum();
+                let variance: f64 = self.of_heights(count, &solved).map(|l| l * l).sum();
                 noise_variance +=
                     multiplicity(column) * factor * factor * variance / (radius * radius);
             }
@@ -288,28 +298,17 @@ impl JetSolver {
     /// The difference between the vertex and a surface of degree 4 or less, fitted to the points around it, in
     /// standard deviations of noise 1. `None` where there are too few points.
     pub(crate) fn prediction_error(&mut self, points: &[HeightPoint], degree: u8) -> Option<f64> {
-        let scale = points.last()?.at.length();
         let (_, count) = DEGREES.into_iter().find(|entry| entry.0 == degree)?;
         if points.len() < count + 2 {
             return None;
         }
-        self.weights.clear();
-        self.weights.extend(points.iter().map(|point| {
-            let relative = point.at.length_squared() / (scale * scale);
-            relative.powi(POWER / 2).sqrt().recip()
-        }));
-        self.rows.clear();
-        for (point, weight) in points.iter().zip(&self.weights) {
-            self.rows.push(row(point, scale).map(|entry| entry * weight));
-        }
+        let scale = self.weigh(points)?;
         let triangle = self.eliminate(0).filter(|triangle| triangle.rank >= count)?;
         let constant = triangle.solve(count)[0] / triangle.lengths[0] * scale;
         let influence = triangle.influence(count, 0);
         let solved = triangle.back_substituted(count, |k| influence[k]);
-        let of_height = |(row, w): (&Row, &f64)| {
-            w * (0..count).map(|k| row[k] * solved[k]).sum::<f64>() / triangle.lengths[0]
-        };
-        let squares: f64 = self.rows.iter().zip(&self.weights).map(of_height).map(|l| l * l).sum();
+        let of_heights = self.of_heights(count, &solved).map(|l| l / triangle.lengths[0]);
+        let squares: f64 = of_heights.map(|l| l * l).sum();
         let error = constant.abs() / (1.0 + squares).sqrt();
         error.is_finite().then_some(error)
     }

@@ -24,6 +24,7 @@ pub mod star;
 mod star_batch;
 pub mod totals;
 pub mod vertex;
+mod vertex_loop;
 pub mod willmore;
 
 #[doc(inline)]

@@ -111,6 +111,17 @@ impl TangentFrame {
         Some(Self { x, y: normal.cross(x), z: normal })
     }
 
+    /// The principal curvatures and directions of a form in this plane. `None` if they are not finite.
+    pub(crate) fn principal(&self, Axes { max, min, cos, sin }: Axes) -> Option<PrincipalFrame> {
+        (max.is_finite() && min.is_finite()).then(|| PrincipalFrame {
+            k_max: Pointwise::new(max),
+            k_min: Pointwise::new(min),
+            direction_max: cos * self.x + sin * self.y,
+            direction_min: cos * self.y - sin * self.x,
+            normal: self.z,
+        })
+    }
+
     /// The frame of the tangent plane of a jet over this plane. `None` if the normal overflows.
     pub(crate) fn tilted(&self, jet: &Jet) -> Option<Self> {
         Self::of(self.vector(jet.normal()).normalize_or_zero())

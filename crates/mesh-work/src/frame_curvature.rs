@@ -36,6 +36,19 @@ pub enum FrameEstimator {
 }
 
 impl FrameEstimator {
+    /// Fitted surfaces: to this number of rings, within this radius, or at the scale of this noise. The first one that is
+    /// given counts; without any, the nearest points decide. Lengths are in model units.
+    #[must_use]
+    pub fn fit(rings: Option<usize>, radius: Option<f64>, noise: Option<f64>) -> Self {
+        let scale = match (rings, radius, noise) {
+            (Some(rings), ..) => FitScale::Rings(rings),
+            (_, Some(radius), _) => FitScale::Radius(radius),
+            (_, _, Some(noise)) => FitScale::Noise(noise),
+            _ => FitScale::Nearest,
+        };
+        Self::Fit(FitOptions { scale, ..FitOptions::default() })
+    }
+
     /// With a function of all lengths.
     fn with_lengths(self, of: impl Fn(f64) -> f64) -> Self {
         match self {
@@ -298,10 +311,10 @@ impl FrameValues {
         }
     }
 
-    /// A quantity of a vertex; NaN without curvature.
+    /// One quantity, pointwise; NaN for vertices without curvature.
     #[must_use]
-    pub fn quantity(&self, vertex: VertexId, quantity: Quantity) -> f64 {
-        self.of_vertex[vertex].map_or(f64::NAN, |value| value.quantity(quantity))
+    pub fn of_quantity(&self, quantity: Quantity) -> VertexMap<f64> {
+        self.of_vertex.map(|value| value.map_or(f64::NAN, |value| value.quantity(quantity)))
     }
 
     /// Number of vertices of a kind.

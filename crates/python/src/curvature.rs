@@ -1,7 +1,7 @@
 //! `curvmesh.curvature`.
 
 use curvpatch::DiscCurvature;
-use dcurv::{FitOptions, FitScale, Pointwise, PrincipalFrame, VertexCurvature, principal_frames};
+use dcurv::{Pointwise, PrincipalFrame, VertexCurvature, principal_frames};
 use mesh_core::UnitScale;
 use mesh_core::glam::DVec3;
 use mesh_work::{
@@ -114,14 +114,8 @@ pub(crate) fn curvature<'py>(
                 of_faces(whole, &found.map_err(Failure::from)?.ok_or_else(Ended::interrupted)?)
             }
             By::Auto | By::Fit | By::Ball | By::Corrected => {
-                let scale = match (rings, radius, noise) {
-                    (Some(rings), ..) => FitScale::Rings(rings),
-                    (_, Some(radius), _) => FitScale::Radius(radius),
-                    (_, _, Some(noise)) => FitScale::Noise(noise),
-                    _ => FitScale::Nearest,
-                };
                 let estimator = match by {
-                    By::Fit => FrameEstimator::Fit(FitOptions { scale, ..FitOptions::default() }),
+                    By::Fit => FrameEstimator::fit(rings, radius, noise),
                     By::Ball => FrameEstimator::Ball { radius },
                     By::Corrected => FrameEstimator::Corrected { radius },
                     _ => FrameEstimator::Auto { noise },
@@ -243,12 +237,8 @@ fn of_faces(whole: &Whole, values: &FaceValues) -> Columns {
 
 fn of_frames(whole: &Whole, values: &FrameValues) -> Columns {
     let all = values.of_vertex.as_slice();
-    let number = |value: &Option<FrameValue>, quantity| {
-        value.as_ref().map_or(f64::NAN, |value| value.quantity(quantity))
-    };
     let pointwise = pointwise().map(|quantity| {
-        let values = all.iter().map(|value| number(value, quantity)).collect();
-        (key(quantity), whole.of_surface(values, f64::NAN))
+        (key(quantity), whole.of_surface(values.of_quantity(quantity).into_vec(), f64::NAN))
     });
     let axes = |value: &Option<FrameValue>| {
         value.as_ref().map_or(NO_AXES, |FrameValue { frame, .. }| {

@@ -16,7 +16,7 @@ pub(crate) mod read;
 pub(crate) mod scene;
 pub(crate) mod schema;
 mod wedges;
-mod write;
+pub(crate) mod write;
 
 pub(crate) use read::read;
 pub(crate) use write::{Levels, write_binary, write_json};

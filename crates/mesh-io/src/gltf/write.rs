@@ -48,6 +48,40 @@ pub(crate) fn write_json(
     Ok(plan.report())
 }
 
+/// Writes the header of a binary container and of its JSON chunk. Lengths are padded; without bytes of a buffer there is
+/// no chunk for it.
+pub(crate) fn write_glb_head(
+    writer: &mut dyn Write,
+    text: u64,
+    buffer: u64,
+) -> Result<(), WriteError> {
+    let total = 20 + text + if buffer == 0 { 0 } else { 8 + buffer };
+    let total = glb_size(total)?;
+    writer.write_all(b"glTF")?;
+    writer.write_all(&2_u32.to_le_bytes())?;
+    writer.write_all(&total.to_le_bytes())?;
+    writer.write_all(&glb_size(text)?.to_le_bytes())?;
+    writer.write_all(b"JSON")?;
+    Ok(())
+}
+
+/// Writes the header of the chunk of a buffer, whose length is padded.
+pub(crate) fn write_glb_buffer_head(writer: &mut dyn Write, buffer: u64) -> Result<(), WriteError> {
+    writer.write_all(&glb_size(buffer)?.to_le_bytes())?;
+    writer.write_all(b"BIN\0")?;
+    Ok(())
+}
+
+/// A length in a binary container, which has 32 bits.
+fn glb_size(bytes: u64) -> Result<u32, WriteError> {
+    u32::try_from(bytes).map_err(|_| WriteError::TooLarge {
+        format: Format::Glb,
+        what: "bytes",
+        limit: u64::from(u32::MAX),
+        found: bytes,
+    })
+}
+
 /// Writes the binary container.
 pub(crate) fn write_binary(
     writer: &mut dyn Write,
@@ -58,26 +92,11 @@ pub(crate) fn write_binary(
     plan.document(&mut length, |_| Ok(()))?;
     let padded = length.0.next_multiple_of(4);
     let buffer = plan.buffer_length;
-    let total = 20 + padded + if buffer == 0 { 0 } else { 8 + buffer };
-    let size = |bytes: u64| {
-        u32::try_from(bytes).map_err(|_| WriteError::TooLarge {
-            format: Format::Glb,
-            what: "bytes",
-            limit: u64::from(u32::MAX),
-            found: bytes,
-        })
-    };
-    let total = size(total)?;
-    writer.write_all(b"glTF")?;
-    writer.write_all(&2_u32.to_le_bytes())?;
-    writer.write_all(&total.to_le_bytes())?;
-    writer.write_all(&size(padded)?.to_le_bytes())?;
-    writer.write_all(b"JSON")?;
+    write_glb_head(writer, padded, buffer)?;
     plan.document(writer, |_| Ok(()))?;
     writer.write_all(&b"   "[..(padded - length.0) as usize])?;
     if buffer > 0 {
-        writer.write_all(&size(buffer)?.to_le_bytes())?;
-        writer.write_all(b"BIN\0")?;
+        write_glb_buffer_head(writer, buffer)?;
         plan.buffer(writer)?;
     }
     Ok(plan.report())

@@ -6,6 +6,7 @@ use super::references::each_range;
 use crate::atomic;
 use crate::error::WriteError;
 use crate::format::Format;
+use crate::gltf::write::{write_glb_buffer_head, write_glb_head};
 use crate::lost::Lost;
 use crate::write::{Staged, format_of};
 use crate::write_options::{WriteOptions, WriteReport};
@@ -184,24 +185,10 @@ fn write_binary(writer: &mut dyn Write, json: &Value, binary: &[u8]) -> Result<(
     let mut text = serde_json::to_vec(json).map_err(std::io::Error::from)?;
     text.resize(text.len().next_multiple_of(4), b' ');
     let padded = binary.len().next_multiple_of(4);
-    let total = 20 + text.len() as u64 + if padded == 0 { 0 } else { 8 + padded as u64 };
-    let size = |bytes: u64| {
-        u32::try_from(bytes).map_err(|_| WriteError::TooLarge {
-            format: Format::Glb,
-            what: "bytes",
-            limit: u64::from(u32::MAX),
-            found: bytes,
-        })
-    };
-    writer.write_all(b"glTF")?;
-    writer.write_all(&2_u32.to_le_bytes())?;
-    writer.write_all(&size(total)?.to_le_bytes())?;
-    writer.write_all(&size(text.len() as u64)?.to_le_bytes())?;
-    writer.write_all(b"JSON")?;
+    write_glb_head(writer, text.len() as u64, padded as u64)?;
     writer.write_all(&text)?;
     if padded > 0 {
-        writer.write_all(&size(padded as u64)?.to_le_bytes())?;
-        writer.write_all(b"BIN\0")?;
+        write_glb_buffer_head(writer, padded as u64)?;
         writer.write_all(binary)?;
         writer.write_all(&[0; 3][..padded - binary.len()])?;
     }

@@ -58,7 +58,7 @@ impl Default for SceneRules {
     }
 }
 
-/// When the simplification of a scene stops: at the first of these that is reached.
+/// The targets of the simplification of a scene. It stops at the first target that is reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SceneTarget {
     /// The number of faces that are drawn. A mesh that is drawn twice counts twice.

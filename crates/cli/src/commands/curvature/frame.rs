@@ -96,14 +96,8 @@ pub(super) fn estimator(options: &Curvature, mesh: &TriMesh) -> Result<FrameEsti
         length.map(on).transpose().map_err(Failure::refused)
     };
     let (radius, noise) = (length(estimate.radius)?, length(estimate.noise)?);
-    let scale = match (estimate.rings, radius, noise) {
-        (Some(rings), ..) => FitScale::Rings(rings),
-        (_, Some(radius), _) => FitScale::Radius(radius),
-        (_, _, Some(noise)) => FitScale::Noise(noise),
-        _ => FitScale::Nearest,
-    };
     Ok(match estimate.estimator {
-        EstimatorName::Fit => FrameEstimator::Fit(FitOptions { scale, ..FitOptions::default() }),
+        EstimatorName::Fit => FrameEstimator::fit(estimate.rings, radius, noise),
         EstimatorName::Ball => FrameEstimator::Ball { radius },
         EstimatorName::Corrected => FrameEstimator::Corrected { radius },
         _ => FrameEstimator::Auto { noise },
@@ -183,8 +177,7 @@ fn colored(
     model.vertex_colors = Some(known.iter().map(color).collect());
     if has_numbers(format) {
         for &quantity in Quantity::ALL.iter().filter(|q| !q.is_of_star()) {
-            let value = |v: &Option<FrameValue>| v.map_or(f64::NAN, |v| v.quantity(quantity));
-            set(&mut model, quantity.property(), known.iter().map(value).collect());
+            set(&mut model, quantity.property(), values.of_quantity(quantity).into_vec());
         }
         add_frames(&mut model, values);
     }

@@ -70,9 +70,7 @@ impl Values {
     /// A quantity of every vertex; NaN where it is unknown.
     fn of_quantity(&self, quantity: Quantity) -> VertexMap<f64> {
         match &self.frames {
-            Some(frames) if !quantity.is_of_star() => {
-                frames.of_vertex.map(|v| v.map_or(f64::NAN, |v| v.quantity(quantity)))
-            }
+            Some(frames) if !quantity.is_of_star() => frames.of_quantity(quantity),
             _ => self.vertex.of_quantity(quantity),
         }
     }
