@@ -189,8 +189,8 @@ impl<'a> Fitter<'a> {
     const RINGS: usize = 3;
     /// The number of points below which further rings are added.
     const LEAST: usize = 20;
-    /// Tangent planes are found again while the slope over them exceeds this value.
-    const LEAST_SLOPE: f64 = 1e-4;
+    /// The square of this slope is below the rounding of double precision.
+    const LEAST_SLOPE: f64 = 1e-8;
 
     fn new(mesh: &'a TriMesh, normals: Option<&'a [DVec3]>, options: FitOptions) -> Self {
         Self {
@@ -262,14 +262,20 @@ impl<'a> Fitter<'a> {
     fn nearest(&mut self, vertex: VertexId, noise: f64) -> Option<FittedCurvature> {
         self.collect(vertex, 0.0);
         let mut tangent = TangentFrame::of(self.near.normal(vertex))?;
+        let rounding = f64::EPSILON * self.mesh.position(vertex).abs().max_element();
         let mut best = None;
         for _ in 0..4 {
             self.near.heights(&tangent);
-            self.fit_through_vertex(noise);
+            self.fit_through_vertex(noise.max(rounding));
             let Some(found) = least_error(&self.candidates) else { break };
             best = Some((found, tangent));
+            if found.noise > 4.0 * Self::least_noise(&found) {
+                break;
+            }
             let jet = found.fit.jet;
-            if jet.px.abs() + jet.py.abs() < Self::LEAST_SLOPE {
+            let slope = jet.px.abs() + jet.py.abs();
+            // The error by a slope is its square.
+            if slope < Self::LEAST_SLOPE || slope * slope * found.size() < 0.1 * found.error() {
                 break;
             }
             tangent = tangent.tilted(&jet)?;
@@ -277,11 +283,16 @@ impl<'a> Fitter<'a> {
         let exact = best
             .and_then(|(found, tangent)| FittedCurvature::new(&found.fit, &tangent, found.error()));
         if let Some((found, _)) = best
-            && found.noise <= (0.6 * found.model_error()).max(1e-4 * found.size())
+            && found.noise <= Self::least_noise(&found)
         {
             return exact;
         }
         if noise > 0.0 { self.smoothed(vertex, noise).or(exact) } else { exact }
+    }
+
+    /// The noise of a fit through the vertex above which smoothing may have less error.
+    fn least_noise(found: &Candidate) -> f64 {
+        (0.6 * found.model_error()).max(1e-4 * found.size())
     }
 
     /// Fits through the vertex as the candidates.
@@ -298,7 +309,7 @@ impl<'a> Fitter<'a> {
         let tangent = self.smooth_tangent(vertex, 0.0)?;
         self.fit_through_vertex(noise);
         let most = self.options.most_points;
-        let mut radius = self.near.points.first()?.at.length();
+        let mut radius = STEP * self.near.points.first()?.at.length();
         loop {
             if self.near.reach() < 1.5 * radius && self.near.points.len() < most {
                 self.collect(vertex, 1.8 * radius);
@@ -306,8 +317,11 @@ impl<'a> Fitter<'a> {
             }
             self.fits.clear();
             self.solver.smoothing(&self.near.points, radius, &mut self.fits);
+            let known = self.candidates.len();
             self.candidates.extend(self.fits.iter().filter_map(|&fit| Candidate::new(fit, noise)));
-            if self.near.reach() < radius {
+            let (noisier, new) = self.candidates.split_at(known);
+            let is_done = !new.is_empty() && !new.iter().any(|fit| fit.agrees(noisier));
+            if self.near.reach() < radius || is_done {
                 break;
             }
             radius *= STEP;

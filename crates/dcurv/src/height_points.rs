@@ -103,19 +103,29 @@ impl<'a> Neighbourhood<'a> {
     /// The collected points over a tangent plane through the vertex, without the vertex itself and points
     /// perpendicularly above it.
     pub(crate) fn heights(&mut self, tangent: &TangentFrame) {
+        self.stretched_heights(tangent, MOST_STRETCH);
+    }
+
+    /// As [`heights`](Self::heights), but at the projections of the points.
+    pub(crate) fn projected_heights(&mut self, tangent: &TangentFrame) {
+        self.stretched_heights(tangent, 1.0);
+    }
+
+    fn stretched_heights(&mut self, tangent: &TangentFrame, most_stretch: f64) {
         self.points.clear();
         let Some((&vertex, others)) = self.vertices.split_first() else { return };
         let center = self.mesh.position(vertex);
         for &other in others {
             let offset = self.mesh.position(other) - center;
             let DVec3 { x, y, z } = tangent.coordinates(offset);
-            let (flat, length) = (x.hypot(y), offset.length());
+            let (flat, length) = (DVec2::new(x, y).length(), offset.length());
             if flat > 1e-6 * length {
-                let stretch = (length / flat).min(MOST_STRETCH);
+                let stretch = (length / flat).min(most_stretch);
                 self.points.push(HeightPoint { at: DVec2::new(x, y) * stretch, z });
             }
         }
-        self.points.sort_by(|a, b| a.at.length_squared().total_cmp(&b.at.length_squared()));
+        let square = |point: &HeightPoint| point.at.length_squared();
+        self.points.sort_unstable_by(|a, b| square(a).total_cmp(&square(b)));
     }
 
     /// The distance of the farthest point; 0 without points.

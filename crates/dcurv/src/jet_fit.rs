@@ -17,6 +17,9 @@ const COLUMNS: usize = MONOMIALS + 1;
 /// The degrees of fits, each with the number of its monomials.
 const DEGREES: [(u8, usize); 3] = [(2, 6), (3, 10), (4, 15)];
 
+/// The columns of `x²`, `xy` and `y²`.
+const QUADRATIC: [usize; 3] = [3, 4, 5];
+
 /// Weights are the inverse of distance to this power. The squared error of a fit of degree `p` grows as distance to
 /// the power `2p + 2`: from 6 to 10 for the degrees fitted here.
 const POWER: i32 = 8;
@@ -44,6 +47,11 @@ fn row(point: &HeightPoint, scale: f64) -> Row {
     let [c0, c1, c2, c3] = [xx * x, xx * y, x * yy, y * yy];
     let z = point.z / scale;
     [1.0, x, y, xx, xy, yy, c0, c1, c2, c3, c0 * x, c0 * y, xx * yy, x * c3, y * c3, z]
+}
+
+/// The square root of the weight `1/distance^8`, for distances in units of `scale`.
+pub(crate) fn near_weight(point: &HeightPoint, scale: f64) -> f64 {
+    (point.at.length_squared() / (scale * scale)).powi(POWER / 2).sqrt().recip()
 }
 
 /// Memory of the fits.
@@ -81,24 +89,48 @@ impl Triangle {
         x
     }
 
-    /// A column of the inverse of `Rᵀ`, for the leading columns: its squared length is the variance of the
-    /// coefficient for residuals of variance 1.
-    fn influence(&self, count: usize, column: usize) -> Row {
-        let mut z = [0.0; COLUMNS];
-        for k in column..count {
-            let known: f64 = (column..k).map(|j| self.rows[j][k] * z[j]).sum();
-            let unit = if k == column { 1.0 } else { 0.0 };
-            z[k] = (unit - known) / self.rows[k][k];
+    /// Columns of the inverse of `Rᵀ` for the quadratic monomials, as far as the rank goes. The squared length of the
+    /// first `count` entries is the variance of the coefficient in a fit of `count` columns, for residuals of
+    /// variance 1.
+    fn influences(&self) -> [Row; 3] {
+        let mut columns = [[0.0; COLUMNS]; 3];
+        for k in QUADRATIC[0]..self.rank {
+            let mut known = [0.0; 3];
+            for j in QUADRATIC[0]..k {
+                for (known, column) in known.iter_mut().zip(&columns) {
+                    *known += self.rows[j][k] * column[j];
+                }
+            }
+            for ((column, known), unit) in columns.iter_mut().zip(known).zip(QUADRATIC) {
+                let unit = if k == unit { 1.0 } else { 0.0 };
+                column[k] = (unit - known) / self.rows[k][k];
+            }
         }
-        z
+        columns
     }
 
     /// The jet in units of length, from coefficients in units of `scale`.
     fn jet(&self, coefficients: &Row, scale: f64) -> Jet {
         let of = |k: usize| coefficients[k] / self.lengths[k];
-        let [xx, xy, yy] = [3, 4, 5].map(|k| second_derivative(k) * of(k) / scale);
+        let [xx, xy, yy] = QUADRATIC.map(|k| second_derivative(k) * of(k) / scale);
         Jet { px: of(1), py: of(2), xx, xy, yy }
     }
+}
+
+/// The squared length of the leading part.
+fn square(row: &Row, count: usize) -> f64 {
+    row.iter().take(count).map(|entry| entry * entry).sum()
+}
+
+/// The scalar product, in four interleaved sums, so that several products are computed at once.
+fn dot(a: &Row, b: &Row) -> f64 {
+    let mut sums = [0.0; 4];
+    for (a, b) in a.as_chunks::<4>().0.iter().zip(b.as_chunks::<4>().0) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
 /// The second derivative of a quadratic monomial.
@@ -122,7 +154,8 @@ impl JetSolver {
     pub(crate) fn through_vertex(&mut self, points: &[HeightPoint], fits: &mut Vec<JetFit>) {
         fits.clear();
         let Some(scale) = self.weigh(points) else { return };
-        let Some(triangle) = self.eliminate(1) else { return };
+        let Some(triangle) = self.eliminate() else { return };
+        let influences = triangle.influences();
         for (degree, count) in DEGREES {
             let unknowns = count - 1;
             if triangle.rank < count || points.len() <= unknowns {
@@ -133,11 +166,10 @@ impl JetSolver {
             // Right sides of the columns that this degree does not have are residuals, too.
             let residual_variance = squares / (points.len() - unknowns) as f64;
             let (mut noise_variance, mut model_variance) = (0.0, 0.0);
-            for column in [3, 4, 5] {
+            for (column, influence) in QUADRATIC.into_iter().zip(&influences) {
                 let factor = second_derivative(column) / (triangle.lengths[column] * scale);
                 let weight = multiplicity(column) * factor * factor;
-                let influence = triangle.influence(count, column);
-                model_variance += weight * influence.iter().map(|z| z * z).sum::<f64>();
+                model_variance += weight * square(influence, count);
                 let solved = triangle.back_substituted(count, |k| influence[k]);
                 let (mut squares, mut sum) = (0.0, 0.0);
                 for influence in self.of_heights(count, &solved) {
@@ -163,10 +195,7 @@ impl JetSolver {
     fn weigh(&mut self, points: &[HeightPoint]) -> Option<f64> {
         let scale = points.last()?.at.length();
         self.weights.clear();
-        self.weights.extend(points.iter().map(|point| {
-            let relative = point.at.length_squared() / (scale * scale);
-            relative.powi(POWER / 2).sqrt().recip()
-        }));
+        self.weights.extend(points.iter().map(|point| near_weight(point, scale)));
         self.rows.clear();
         for (point, weight) in points.iter().zip(&self.weights) {
             self.rows.push(row(point, scale).map(|entry| entry * weight));
@@ -177,14 +206,15 @@ impl JetSolver {
     /// How much a coefficient changes with the height of each point. `solved` is the row of the coefficient in the
     /// inverse of the normal equations.
     fn of_heights(&self, count: usize, solved: &Row) -> impl Iterator<Item = f64> {
-        let of_height =
-            move |(row, w): (&Row, &f64)| w * (0..count).map(|k| row[k] * solved[k]).sum::<f64>();
-        self.rows.iter().zip(&self.weights).map(of_height)
+        let mut used = *solved;
+        used[count..].fill(0.0);
+        self.rows.iter().zip(&self.weights).map(move |(row, w)| w * dot(row, &used))
     }
 
-    /// Divides the columns of `rows` by their lengths, and triangulates them by Householder's reflections. `None` if
-    /// a column is zero.
-    fn eliminate(&mut self, first: usize) -> Option<Triangle> {
+    /// Divides the columns of `rows` but the constant by their lengths, and triangulates them by Householder's
+    /// reflections. `None` if a column is zero.
+    fn eliminate(&mut self) -> Option<Triangle> {
+        let first = 1;
         let mut lengths = [1.0; COLUMNS];
         for (k, length) in lengths.iter_mut().enumerate().take(MONOMIALS).skip(first) {
             *length = self.rows.iter().map(|row| row[k] * row[k]).sum::<f64>().sqrt();
@@ -236,7 +266,8 @@ impl JetSolver {
     /// Adds fits that smooth within about `radius`: with weights `1 / (1 + (distance / radius)^8)`, a free constant,
     /// and the vertex as a point like the others.
     ///
-    /// Cholesky's factorisation of the normal equations, because the weights have a small range.
+    /// Cholesky's factorisation of the normal equations, because the weights have a small range. Their noise variance is
+    /// an upper bound: that of points whose noise decreases with their weight, as is optimal for these weights.
     pub(crate) fn smoothing(
         &mut self,
         points: &[HeightPoint],
@@ -244,43 +275,29 @@ impl JetSolver {
         fits: &mut Vec<JetFit>,
     ) {
         const LEAST_WEIGHT: f64 = 1e-7;
-        let mut normal = [[0.0; COLUMNS]; COLUMNS];
-        let vertex = HeightPoint { at: DVec2::ZERO, z: 0.0 };
-        self.rows.clear();
-        self.weights.clear();
-        for point in core::iter::once(&vertex).chain(points) {
+        let mut moments = Moments::default();
+        moments.add(&HeightPoint { at: DVec2::ZERO, z: 0.0 }, 1.0, radius);
+        let mut used = 1;
+        for point in points {
             let relative = point.at.length_squared() / (radius * radius);
             let weight = (1.0 + relative.powi(POWER / 2)).recip();
-            if weight < LEAST_WEIGHT && self.rows.len() > MONOMIALS {
+            if weight < LEAST_WEIGHT && used > MONOMIALS {
                 break;
             }
-            let row = row(point, radius);
-            for (i, entries) in normal.iter_mut().enumerate().take(MONOMIALS) {
-                let weighted = weight * row[i];
-                for (entry, other) in entries[i..].iter_mut().zip(&row[i..]) {
-                    *entry += weighted * other;
-                }
-            }
-            self.rows.push(row);
-            self.weights.push(weight);
+            moments.add(point, weight, radius);
+            used += 1;
         }
-        let used = self.rows.len();
-        let Some(triangle) = cholesky(&normal) else { return };
+        let Some(triangle) = cholesky(&moments.normal_equations()) else { return };
+        let influences = triangle.influences();
         for (degree, count) in DEGREES {
             if triangle.rank < count || used < count + 2 {
                 break;
             }
             let mut noise_variance = 0.0;
-            for column in [3, 4, 5] {
+            for (column, influence) in QUADRATIC.into_iter().zip(&influences) {
                 let factor = second_derivative(column) / (triangle.lengths[column] * radius);
-                let influence = triangle.influence(count, column);
-                let mut solved = triangle.back_substituted(count, |k| influence[k]);
-                for (entry, length) in solved.iter_mut().zip(triangle.lengths) {
-                    *entry /= length;
-                }
-                let variance: f64 = self.of_heights(count, &solved).map(|l| l * l).sum();
-                noise_variance +=
-                    multiplicity(column) * factor * factor * variance / (radius * radius);
+                let variance = square(influence, count) / (radius * radius);
+                noise_variance += multiplicity(column) * factor * factor * variance;
             }
             let fit = JetFit {
                 jet: triangle.jet(&triangle.solve(count), radius),
@@ -294,24 +311,6 @@ impl JetSolver {
             }
         }
     }
-
-    /// The difference between the vertex and a surface of degree 4 or less, fitted to the points around it, in
-    /// standard deviations of noise 1. `None` where there are too few points.
-    pub(crate) fn prediction_error(&mut self, points: &[HeightPoint], degree: u8) -> Option<f64> {
-        let (_, count) = DEGREES.into_iter().find(|entry| entry.0 == degree)?;
-        if points.len() < count + 2 {
-            return None;
-        }
-        let scale = self.weigh(points)?;
-        let triangle = self.eliminate(0).filter(|triangle| triangle.rank >= count)?;
-        let constant = triangle.solve(count)[0] / triangle.lengths[0] * scale;
-        let influence = triangle.influence(count, 0);
-        let solved = triangle.back_substituted(count, |k| influence[k]);
-        let of_heights = self.of_heights(count, &solved).map(|l| l / triangle.lengths[0]);
-        let squares: f64 = of_heights.map(|l| l * l).sum();
-        let error = constant.abs() / (1.0 + squares).sqrt();
-        error.is_finite().then_some(error)
-    }
 }
 
 impl JetFit {
@@ -319,6 +318,65 @@ impl JetFit {
         let Jet { px, py, xx, xy, yy } = self.jet;
         let entries = [px, py, xx, xy, yy, self.noise_variance, self.model_variance];
         entries.iter().all(|entry| entry.is_finite())
+    }
+}
+
+/// Weighted sums of products of monomials: each entry of the normal equations is one of them.
+#[derive(Default)]
+struct Moments {
+    /// Of `x^i y^j` in row `j`, column `i`. The last columns only fill whole vectors.
+    powers: [[f64; 10]; 9],
+    /// Of the height and each monomial.
+    heights: Row,
+}
+
+impl Moments {
+    fn add(&mut self, point: &HeightPoint, weight: f64, scale: f64) {
+        let DVec2 { x, y } = point.at / scale;
+        let mut powers = [1.0; 10];
+        for i in 1..powers.len() {
+            powers[i] = powers[i - 1] * x;
+        }
+        let mut factor = weight;
+        for sums in &mut self.powers {
+            for (sum, power) in sums.iter_mut().zip(powers) {
+                *sum += factor * power;
+            }
+            factor *= y;
+        }
+        let height = weight * point.z / scale;
+        for (sum, monomial) in self.heights.iter_mut().zip(row(point, scale)) {
+            *sum += height * monomial;
+        }
+    }
+
+    fn normal_equations(&self) -> [Row; COLUMNS] {
+        /// Exponents of the monomials.
+        const EXPONENTS: [(usize, usize); MONOMIALS] = [
+            (0, 0),
+            (1, 0),
+            (0, 1),
+            (2, 0),
+            (1, 1),
+            (0, 2),
+            (3, 0),
+            (2, 1),
+            (1, 2),
+            (0, 3),
+            (4, 0),
+            (3, 1),
+            (2, 2),
+            (1, 3),
+            (0, 4),
+        ];
+        let mut normal = [[0.0; COLUMNS]; COLUMNS];
+        for (k, (i, j)) in EXPONENTS.into_iter().enumerate() {
+            for (entry, (other_i, other_j)) in normal[k].iter_mut().zip(EXPONENTS) {
+                *entry = self.powers[j + other_j][i + other_i];
+            }
+            normal[k][MONOMIALS] = self.heights[k];
+        }
+        normal
     }
 }
 

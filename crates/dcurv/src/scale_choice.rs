@@ -53,6 +53,14 @@ impl Candidate {
         (a * a + 2.0 * b * b + c * c).sqrt()
     }
 
+    /// Whether the form is within the noise of all of these forms that have more noise.
+    pub(crate) fn agrees(&self, others: &[Self]) -> bool {
+        /// How many standard deviations fits may differ.
+        const AGREEMENT: f64 = 2.0;
+        let mut noisier = others.iter().filter(|other| other.noise >= self.noise);
+        noisier.all(|other| self.distance(other) <= AGREEMENT * other.noise)
+    }
+
     /// The largest entry of the form.
     pub(crate) fn size(&self) -> f64 {
         self.form.iter().fold(0.0, |size, entry| size.max(entry.abs()))
@@ -66,17 +74,12 @@ pub(crate) fn least_error(candidates: &[Candidate]) -> Option<Candidate> {
 
 /// Chooses by Lepski's method. Sorts the candidates by noise.
 pub(crate) fn choose(candidates: &mut [Candidate]) -> Option<Choice> {
-    /// How many standard deviations fits may differ.
-    const AGREEMENT: f64 = 2.5;
     candidates.sort_by(|a, b| b.noise.total_cmp(&a.noise));
-    let agrees = |k: usize| {
-        let noisier = &candidates[..k];
-        noisier.iter().all(|other| candidates[k].distance(other) <= AGREEMENT * other.noise)
-    };
-    let chosen = candidates[(0..candidates.len()).rev().find(|&k| agrees(k))?];
+    let agrees = |&k: &usize| candidates[k].agrees(&candidates[..k]);
+    let chosen = candidates[(0..candidates.len()).rev().find(agrees)?];
     // Fits with at most twice the noise show how far the choice itself may be wrong.
     let similar =
         candidates.iter().filter(|c| (chosen.noise..2.0 * chosen.noise).contains(&c.noise));
     let spread = similar.map(|other| chosen.distance(other)).fold(0.0, f64::max);
-    Some(Choice { fit: chosen.fit, error: 4.0 * chosen.noise + 2.0 * spread })
+    Some(Choice { fit: chosen.fit, error: 4.0 * chosen.noise + 2.5 * spread })
 }
