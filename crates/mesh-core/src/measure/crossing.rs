@@ -57,8 +57,16 @@ fn cross_at_vertex(first: Triangle, second: Triangle) -> bool {
         let common = (0..3).find(|&i| other.0.contains(&of.0[i])).unwrap_or(0);
         [of.1[(common + 1) % 3], of.1[(common + 2) % 3]]
     };
-    segment_meets_triangle(opposite(first, second), second.1)
-        || segment_meets_triangle(opposite(second, first), first.1)
+    let meet =
+        |side, triangle| boxes_meet(side, triangle) && segment_meets_triangle(side, triangle);
+    meet(opposite(first, second), second.1) || meet(opposite(second, first), first.1)
+}
+
+/// Whether the boxes of a segment and a triangle meet. Rules out most pairs in a fan.
+fn boxes_meet([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
+    let below = p.min(q).cmple(a.max(b).max(c));
+    let above = p.max(q).cmpge(a.min(b).min(c));
+    (below & above).all()
 }
 
 fn cross_at_edge(first: Triangle, second: Triangle) -> bool {
