@@ -31,7 +31,24 @@ impl FaceValues {
         params: Params,
         radius: Option<f64>,
     ) -> Result<Self, CurvatureFailure> {
-        let found = Self::of_until(mesh, params, radius, &|| false)?;
+        Self::of_observed(mesh, params, radius, &|| {})
+    }
+
+    /// As [`FaceValues::of`]. Any thread calls `starts` before each face.
+    ///
+    /// # Errors
+    /// As [`FaceValues::of`].
+    pub fn of_observed(
+        mesh: &TriMesh,
+        params: Params,
+        radius: Option<f64>,
+        starts: &(dyn Fn() + Sync),
+    ) -> Result<Self, CurvatureFailure> {
+        let goes_on = || {
+            starts();
+            false
+        };
+        let found = Self::of_until(mesh, params, radius, &goes_on)?;
         Ok(found.unwrap_or_else(|| Self::of_discs(Vec::new(), DiscSize::Local)))
     }
 

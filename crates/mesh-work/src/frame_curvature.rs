@@ -165,7 +165,23 @@ impl FrameValues {
     /// # Errors
     /// A radius is not positive, or the size of the mesh is out of its range.
     pub fn of(mesh: &TriMesh, estimator: FrameEstimator) -> Result<Self, CurvatureFailure> {
-        let found = Self::of_until(mesh, estimator, &|| false)?;
+        Self::of_observed(mesh, estimator, &|| {})
+    }
+
+    /// As [`FrameValues::of`]. Any thread calls `starts` before each vertex.
+    ///
+    /// # Errors
+    /// As [`FrameValues::of`].
+    pub fn of_observed(
+        mesh: &TriMesh,
+        estimator: FrameEstimator,
+        starts: &(dyn Fn() + Sync),
+    ) -> Result<Self, CurvatureFailure> {
+        let goes_on = || {
+            starts();
+            false
+        };
+        let found = Self::of_until(mesh, estimator, &goes_on)?;
         Ok(found.unwrap_or_else(|| Self::new(mesh, VertexMap::from_vec(Vec::new()))))
     }
 

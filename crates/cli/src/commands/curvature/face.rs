@@ -63,10 +63,13 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         .map(|r| r.on(&loaded.mesh, options.job.loading.relative))
         .transpose()
         .map_err(Failure::refused)?;
+    let bar = console.progress(loaded.mesh.topology().face_count() as u64, "estimating");
     let values = Seconds::time(&mut seconds.compute, || {
-        FaceValues::of(&loaded.mesh, options.estimate.preset.params(), radius)
-    })
-    .map_err(Failure::refused)?;
+        let params = options.estimate.preset.params();
+        FaceValues::of_observed(&loaded.mesh, params, radius, &|| bar.inc(1))
+    });
+    bar.finish_and_clear();
+    let values = values.map_err(Failure::refused)?;
     let known = values.discs.as_slice().iter().flatten();
     let scale = options
         .colors

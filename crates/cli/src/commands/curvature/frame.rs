@@ -104,14 +104,24 @@ pub(super) fn estimator(options: &Curvature, mesh: &TriMesh) -> Result<FrameEsti
     })
 }
 
+/// The principal curvatures of all vertices, with a progress bar.
+pub(super) fn frames(
+    mesh: &TriMesh,
+    estimator: FrameEstimator,
+    console: &Console,
+) -> Result<FrameValues, Failure> {
+    let bar = console.progress(mesh.topology().vertex_count() as u64, "estimating");
+    let values = FrameValues::of_observed(mesh, estimator, &|| bar.inc(1));
+    bar.finish_and_clear();
+    values.map_err(Failure::refused)
+}
+
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let quantity = options.quantity;
     let mut seconds = Seconds::default();
     let (loaded, inside_out) = load(options, task, &mut seconds, console)?;
     let estimator = estimator(options, &loaded.mesh)?;
-    let values = Seconds::time(&mut seconds.compute, || {
-        FrameValues::of(&loaded.mesh, estimator).map_err(Failure::refused)
-    })?;
+    let values = Seconds::time(&mut seconds.compute, || frames(&loaded.mesh, estimator, console))?;
     let known = values.of_vertex.as_slice().iter().flatten();
     let scale =
         options.colors.scale(quantity.is_signed(), known.map(|v| v.quantity(quantity)).collect());

@@ -10,7 +10,9 @@ use mesh_work::{FrameValues, Integrals, Loaded, Quantity, VertexValues};
 use serde::Serialize;
 
 use crate::colormap::opaque;
-use crate::commands::curvature::frame::{Found, UNKNOWN, add_frames, estimator, has_numbers, set};
+use crate::commands::curvature::frame::{
+    Found, UNKNOWN, add_frames, estimator, frames, has_numbers, set,
+};
 use crate::commands::curvature::options::{Curvature, EstimatorName};
 use crate::commands::curvature::orientation::load;
 use crate::console::Console;
@@ -57,13 +59,10 @@ struct Values {
 }
 
 impl Values {
-    fn of(options: &Curvature, mesh: &TriMesh) -> Result<Self, Failure> {
+    fn of(options: &Curvature, mesh: &TriMesh, console: &Console) -> Result<Self, Failure> {
         let vertex = VertexValues::of(mesh, options.area.into());
         let is_auto = options.estimate.estimator == EstimatorName::Auto;
-        let frames = is_auto.then(|| {
-            let values = FrameValues::of(mesh, estimator(options, mesh)?);
-            values.map_err(Failure::refused)
-        });
+        let frames = is_auto.then(|| frames(mesh, estimator(options, mesh)?, console));
         Ok(Self { vertex, frames: frames.transpose()? })
     }
 
@@ -79,7 +78,8 @@ impl Values {
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let (loaded, inside_out) = load(options, task, &mut seconds, console)?;
-    let values = Seconds::time(&mut seconds.compute, || Values::of(options, &loaded.mesh))?;
+    let values =
+        Seconds::time(&mut seconds.compute, || Values::of(options, &loaded.mesh, console))?;
     let found = values.frames.as_ref().map(|frames| Found::new(frames, &loaded.mesh));
     let shown = values.of_quantity(options.quantity);
     let scale = scale(options, loaded.mesh.topology(), &shown);
