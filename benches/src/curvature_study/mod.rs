@@ -52,7 +52,7 @@ pub(crate) struct CurvatureStudy {
     /// 500 vertices, without noise and with noise of 0.01 only
     #[arg(long, conflicts_with_all = ["vertices", "noise"])]
     quick: bool,
-    /// The folder for the tables (curvature-study.txt) and the numbers (curvature-study.csv). What is in the numbers
+    /// The folder for the tables (curvature-study.md) and the numbers (curvature-study.csv). What is in the numbers
     /// already is not computed again
     #[arg(long, value_name = "DIR", default_value = "target/curvature-study")]
     out: PathBuf,
@@ -442,7 +442,7 @@ pub(crate) fn run(options: &CurvatureStudy) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     let text = tables(&rows);
-    let path = options.out.join("curvature-study.txt");
+    let path = options.out.join("curvature-study.md");
     std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
     print!("{text}");
     Ok(())
@@ -501,9 +501,9 @@ pub(crate) fn tables(rows: &[Row]) -> String {
         }
     }
     let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
+    table.load_preset(comfy_table::presets::ASCII_MARKDOWN);
     let heads = levels.iter().map(|noise| format!("noise {noise}: median, 95 %"));
-    let rest = ["unknown", "within", "vertices/s"].map(str::to_owned);
+    let rest = ["order", "unknown", "within", "vertices/s"].map(str::to_owned);
     table.set_header(std::iter::once(String::new()).chain(heads).chain(rest));
     for &program in &programs {
         let of_program: Vec<&Row> = rows.iter().filter(|row| row.program == program).collect();
@@ -526,6 +526,7 @@ pub(crate) fn tables(rows: &[Row]) -> String {
                 of_program.iter().map(|row| of(row)).filter(|value| value.is_finite()).collect();
             values.iter().sum::<f64>() / values.len() as f64
         };
+        cells.push(order(&of_program).map_or_else(String::new, |order| format!("{order:.1}")));
         cells.push(format!("{:.1} %", 100.0 * mean(|row| row.unknown)));
         let within = mean(|row| row.within);
         cells.push(if within.is_nan() {
@@ -539,48 +540,77 @@ pub(crate) fn tables(rows: &[Row]) -> String {
     format!("{table}\n\n{}", comparisons(rows))
 }
 
+/// The order of convergence without noise: the median over surfaces and samplings, each from its smallest to its
+/// largest mesh. `None` without two sizes.
+fn order(rows: &[&Row]) -> Option<f64> {
+    let exact = || rows.iter().filter(|row| row.noise == 0.0);
+    let fine = exact().map(|row| row.vertices).max()?;
+    let coarse = exact().map(|row| row.vertices).min().filter(|&coarse| coarse < fine)?;
+    let steps = 0.5 * (fine as f64 / coarse as f64).ln();
+    let of_cell = |row: &&Row| {
+        let is_finer = |other: &&&Row| {
+            other.vertices == fine && other.surface == row.surface && other.sampling == row.sampling
+        };
+        let finer = exact().find(is_finer)?;
+        let is_exact = row.k_median < FLOOR || finer.k_median < FLOOR;
+        let order = (row.k_median / finer.k_median).ln() / steps;
+        (!is_exact && order.is_finite()).then_some(order)
+    };
+    let mut orders: Vec<f64> =
+        exact().filter(|row| row.vertices == coarse).filter_map(|row| of_cell(row)).collect();
+    orders.sort_by(f64::total_cmp);
+    orders.get(orders.len() / 2).copied()
+}
+
 /// In how many cells `auto` is near the best of ours, and the best of ours ahead of all other programs.
 fn comparisons(rows: &[Row]) -> String {
+    let statistics: [(&str, fn(&Row) -> f64); 2] =
+        [("median", |row| row.k_median), ("95 %", |row| row.k_95)];
+    statistics.map(|(name, of)| comparison(rows, name, of)).concat()
+}
+
+fn comparison(rows: &[Row], name: &str, of: fn(&Row) -> f64) -> String {
     let mut cells: Vec<_> = rows.iter().map(Row::cell).collect();
     cells.sort();
     cells.dedup();
+    let error = |row: &Row| of(row).max(FLOOR);
     let (mut near, mut ahead, mut with_peers) = (0, 0, 0);
     let mut lost = String::new();
     for cell in &cells {
-        let of_cell = || rows.iter().filter(|row| row.cell() == *cell && row.k_median.is_finite());
+        let of_cell = || rows.iter().filter(|row| row.cell() == *cell && of(row).is_finite());
         let least = |ours: bool| {
             let of_kind = of_cell().filter(|row| row.is_ours() == ours);
-            of_kind.min_by(|a, b| a.k_median.total_cmp(&b.k_median))
+            of_kind.min_by(|a, b| of(a).total_cmp(&of(b)))
         };
         let Some(ours) = least(true) else { continue };
         let auto = of_cell().find(|row| row.program == Ours::Auto.name());
-        near += usize::from(
-            auto.is_some_and(|auto| auto.k_median.max(FLOOR) <= 1.3 * ours.k_median.max(FLOOR)),
-        );
-        if let Some(peer) = least(false) {
-            with_peers += 1;
-            if ours.k_median.max(FLOOR) <= peer.k_median.max(FLOOR) {
-                ahead += 1;
-            } else {
-                let (surface, sampling, vertices, noise) = cell;
-                lost += &format!(
-                    "  {surface}, {sampling}, {vertices} vertices, noise {noise}: {} {:.3} %, ours {} {:.3} %\n",
-                    peer.program,
-                    100.0 * peer.k_median,
-                    ours.program,
-                    100.0 * ours.k_median
-                );
-            }
+        near += usize::from(auto.is_some_and(|auto| error(auto) <= 1.3 * error(ours)));
+        let Some(peer) = least(false) else { continue };
+        with_peers += 1;
+        if error(ours) <= error(peer) {
+            ahead += 1;
+        } else {
+            let (surface, sampling, vertices, noise) = cell;
+            lost += &format!(
+                "- {surface}, {sampling}, {vertices} vertices, noise {noise}: {} {:.3} %, ours {} {:.3} %\n",
+                peer.program,
+                100.0 * of(peer),
+                ours.program,
+                100.0 * of(ours)
+            );
         }
     }
     let mut text = format!(
-        "`auto` is within 1.3 of the best estimator of ours in {near} of {} cells (median error).\n",
+        "Error of {name}: `auto` is within 1.3 of the best estimator of ours in {near} of {} cells.\n",
         cells.len()
     );
     if with_peers > 0 {
         text += &format!(
-            "The best of ours is at most the best of the others in {ahead} of {with_peers} cells. The others win:\n{lost}"
+            "The best of ours is at most the best of the others in {ahead} of {with_peers} cells.\n"
         );
+        if !lost.is_empty() {
+            text += &format!("The others win:\n\n{lost}\n");
+        }
     }
     text
 }

@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use mesh_core::{PolygonSoup, SplitMix64};
+use spade::{DelaunayTriangulation, Point2, Triangulation};
 
 use super::surfaces::Surface;
 use xtask_common::Failure;
@@ -13,6 +14,8 @@ pub(crate) enum Sampling {
     Regular,
     /// Moved vertices, random diagonals.
     Irregular,
+    /// Random points, one per cell of a grid, with the Delaunay triangulation of their parameters.
+    Delaunay,
     /// A vertex in every triangle: valences 3 and 12.
     Split,
     /// Sizes from 1 to 20.
@@ -84,9 +87,13 @@ pub(crate) fn sample(
         |wanted: f64, is_closed: bool| (wanted.round() as usize).max(if is_closed { 8 } else { 4 });
     let nu = count((cells * ratio).sqrt(), closed[0]);
     let nv = count(cells / nu as f64, closed[1]);
+    let mut random = SplitMix64::new(5);
+    if sampling == Sampling::Delaunay {
+        let (places, triangles) = delaunay([nu, nv], closed, &mut random)?;
+        return at_places(surface, sampling, [nu, nv], &places, &triangles);
+    }
     let columns = if closed[0] { nu } else { nu + 1 };
     let rows = if closed[1] { nv } else { nv + 1 };
-    let mut random = SplitMix64::new(5);
     let is_irregular = sampling == Sampling::Irregular;
     let mut places = Vec::new();
     for row in 0..rows {
@@ -144,6 +151,18 @@ pub(crate) fn sample(
             triangles.extend([0, 1, 2].map(|i| [corners[i], corners[(i + 1) % 3], new]));
         }
     }
+    at_places(surface, sampling, [nu, nv], &places, &triangles)
+}
+
+/// The mesh of these triangles between places in a grid of `counts` cells over the parameters.
+fn at_places(
+    surface: Surface,
+    sampling: Sampling,
+    counts: [usize; 2],
+    places: &[[f64; 2]],
+    triangles: &[[usize; 3]],
+) -> Result<Sampled, Failure> {
+    let [nu, nv] = counts;
     let ranges = surface.ranges();
     let grade = |t: f64| {
         let rate = 20.0_f64.ln();
@@ -162,4 +181,62 @@ pub(crate) fn sample(
         soup.push_face(&corners.map(|corner| corner as u32)).map_err(Failure::mesh)?;
     }
     Ok(Sampled { soup, parameters })
+}
+
+type Places = (Vec<[f64; 2]>, Vec<[usize; 3]>);
+
+/// A random point in every cell, more points on the open sides, and their Delaunay triangulation.
+fn delaunay(
+    counts: [usize; 2],
+    closed: [bool; 2],
+    random: &mut SplitMix64,
+) -> Result<Places, Failure> {
+    /// The part of a cell in which its point lies.
+    const PART: f64 = 0.8;
+    let sizes = counts.map(|count| count as f64);
+    let mut places = Vec::new();
+    for row in 0..counts[1] {
+        for column in 0..counts[0] {
+            let shift = [random.symmetric(), random.symmetric()].map(|s| 0.5 + 0.5 * PART * s);
+            places.push([column as f64 + shift[0], row as f64 + shift[1]]);
+        }
+    }
+    for axis in 0..2 {
+        if closed[axis] {
+            continue;
+        }
+        let along = 1 - axis;
+        // Corners belong to the sides along the first axis.
+        let ends = if closed[along] || axis == 0 { 0..counts[along] } else { 0..counts[along] + 1 };
+        let starts = if axis == 0 && !closed[along] { 1 } else { 0 };
+        for step in ends.skip(starts) {
+            for side in [0.0, sizes[axis]] {
+                let mut place = [0.0; 2];
+                (place[axis], place[along]) = (side, step as f64);
+                places.push(place);
+            }
+        }
+    }
+    // Over the seams of closed directions, with copies of all points on both sides.
+    let shifts = |is_closed: bool| if is_closed { -1..=1 } else { 0..=0 };
+    let mut copies = Vec::new();
+    for i in shifts(closed[0]) {
+        for j in shifts(closed[1]) {
+            let shift = [f64::from(i) * sizes[0], f64::from(j) * sizes[1]];
+            copies.extend(places.iter().map(|[u, v]| Point2::new(u + shift[0], v + shift[1])));
+        }
+    }
+    let count = places.len();
+    let all =
+        DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(copies).map_err(Failure::mesh)?;
+    let mut triangles = Vec::new();
+    for face in all.inner_faces() {
+        let corners = face.vertices();
+        let center = face.center();
+        let is_here = (0.0..sizes[0]).contains(&center.x) && (0.0..sizes[1]).contains(&center.y);
+        if is_here {
+            triangles.push(corners.map(|corner| corner.index() % count));
+        }
+    }
+    Ok((places, triangles))
 }
