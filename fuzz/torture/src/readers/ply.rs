@@ -15,11 +15,37 @@ struct Element {
     vertices: Vec<u32>,
     /// The reason why this is not a vertex or face.
     complaint: Option<String>,
+    /// The names of properties that are NaN.
+    nan: Vec<String>,
+    /// Whether the element has no curvature, so its quantities are NaN.
+    is_unknown: bool,
+    /// Whether the point is umbilic, so it has no principal directions.
+    is_umbilic: bool,
+}
+
+impl Element {
+    fn complaint(self) -> Option<String> {
+        let Self { complaint, nan, is_unknown, is_umbilic, .. } = self;
+        let is_direction = |name: &str| name.starts_with("k1_") || name.starts_with("k2_");
+        let is_fault = |name: &String| {
+            let is_expected =
+                is_unknown || name == "curvature_error" || is_umbilic && is_direction(name);
+            !is_expected
+        };
+        complaint.or_else(|| nan.into_iter().find(is_fault).map(|name| format!("{name} NaN")))
+    }
 }
 
 impl PropertyAccess for Element {
     fn new() -> Self {
-        Self { position: [f64::NAN; 3], vertices: Vec::new(), complaint: None }
+        Self {
+            position: [f64::NAN; 3],
+            vertices: Vec::new(),
+            complaint: None,
+            nan: Vec::new(),
+            is_unknown: false,
+            is_umbilic: false,
+        }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
@@ -30,9 +56,15 @@ impl PropertyAccess for Element {
             },
             _ => match (["x", "y", "z"].iter().position(|&axis| axis == name), number(&property)) {
                 (Some(axis), Some(number)) => self.position[axis] = number,
-                (None, Some(number)) if !number.is_finite() => {
+                (None, Some(number)) if number.is_nan() => self.nan.push(name.to_owned()),
+                (None, Some(number)) if number.is_infinite() => {
                     self.complaint = Some(format!("{name} {number}"));
                 }
+                (None, Some(number)) => match name {
+                    "curvature_known" => self.is_unknown = number == 0.0,
+                    "curvature_kind" => self.is_umbilic = number == 1.0,
+                    _ => {}
+                },
                 _ => {}
             },
         }
@@ -67,7 +99,7 @@ pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
             other => return Err(format!("it has elements named {other}").into()),
         }
         content.not_finite =
-            elements.into_iter().find_map(|element| element.complaint).or(content.not_finite);
+            elements.into_iter().find_map(Element::complaint).or(content.not_finite);
     }
     Ok(content)
 }
