@@ -67,8 +67,8 @@ def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], la
     timer.join()
     # A tenth of a second, plus a margin for a busy machine.
     assert waited < 1.5, waited
-    # No work continues in the background.
-    until = time.perf_counter() + 3
+    # No work continues in the background but the step that was interrupted, which takes seconds on a busy machine.
+    until = time.perf_counter() + 10
     busy = 1.0
     while busy > 0.05 and time.perf_counter() < until:
         before = time.process_time()
