@@ -146,6 +146,10 @@ impl<T> Report<T> {
     }
 
     /// The subject of a line of text: the output if there is one, else the input.
+    pub(crate) fn input(&self) -> &Path {
+        Path::new(&self.input)
+    }
+
     pub(crate) fn subject(&self) -> String {
         printable(self.output.as_deref().unwrap_or(&self.input))
     }

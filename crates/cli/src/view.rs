@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use dcurv::{PrincipalFrame, principal_frames};
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
-use mesh_io::{Model, PictureError, Pictures};
+use mesh_io::{Format, Model, PictureError, Pictures};
 use mesh_metric::{Surface, SurfaceError, face_distances};
-use mesh_view::{Directions, Exhibit, Field, GENERATOR, On, Page, Section, ViewError};
+use mesh_view::{Directions, Exhibit, Field, GENERATOR, On, Page, Section, Up, ViewError};
 use serde::Serialize;
 
 use crate::args::parse_page;
@@ -54,6 +54,7 @@ impl Look {
         let signed = console.signed(report)?;
         let document = serde_json::from_str(&signed).map_err(Failure::json)?;
         page.report.insert(0, Section::of_json("Report", &document));
+        page.start.up = usual_up(report.input(), &page.exhibits);
         write_page(path, &page, console)
     }
 }
@@ -63,6 +64,16 @@ pub(crate) fn is_page(path: &Path) -> std::io::Result<bool> {
     let mut head = Vec::new();
     File::open(path)?.take(1024).read_to_end(&mut head)?;
     Ok(head.windows(GENERATOR.len()).any(|part| part == GENERATOR.as_bytes()))
+}
+
+/// The axis that points up in a file: as its format says, or its shape and place.
+pub(crate) fn usual_up(path: &Path, exhibits: &[Exhibit]) -> Up {
+    let of_shape = || exhibits.first().and_then(Up::of_shape);
+    match Format::from_extension(path) {
+        Some(Format::Gltf | Format::Glb) => Up::Y,
+        Some(Format::Stl) => of_shape().unwrap_or(Up::Z),
+        _ => of_shape().unwrap_or_default(),
+    }
 }
 
 /// Writes a page, whole or not at all.

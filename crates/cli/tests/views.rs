@@ -129,6 +129,37 @@ fn every_command_has_its_page() {
 
 /// The value under the pointer equals the number in the file.
 #[test]
+fn the_axis_that_points_up_follows_format_and_shape() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    bumps(folder, "sheet.ply", 6);
+    let body = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    std::fs::write(folder.join("body.off"), body).unwrap();
+    for name in ["body.stl", "body.glb"] {
+        done(folder, &["convert", "body.off", "-o", name]);
+    }
+    let is_up = |arguments: &[&str], axis: &str| {
+        done(folder, &[&["view", "-o", "page.html"], arguments].concat());
+        let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
+        assert!(page.contains(&format!("\"up\":\"{axis}\"")), "{arguments:?}");
+    };
+    is_up(&["sheet.ply"], "z");
+    is_up(&["body.off"], "y");
+    is_up(&["body.stl"], "z");
+    is_up(&["body.glb"], "y");
+    is_up(&["body.glb", "--up", "-x"], "-x");
+    is_up(&["body.off", "--up=-z"], "-z");
+    done(
+        folder,
+        &["simplify", "body.stl", "-o", "small.stl", "--ratio", "1", "--view", "page.html"],
+    );
+    let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
+    assert!(page.contains("\"up\":\"z\""));
+    let refused = run(folder, &["view", "body.off", "-o", "page.html", "--up", "w"]);
+    assert_eq!(refused.status.code(), Some(2));
+}
+
+#[test]
 fn values_are_those_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     bumps(folder.path(), "a.ply", 20);

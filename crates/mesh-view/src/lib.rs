@@ -8,8 +8,10 @@ mod markup;
 mod page;
 mod reduce;
 mod text;
+mod up;
 
 pub use crate::markup::GENERATOR;
 pub use error::ViewError;
 pub use exhibit::{Directions, Exhibit, Field, Lines, Materials, On, Surface};
 pub use page::{Layout, Page, Precision, Section, Start};
+pub use up::Up;

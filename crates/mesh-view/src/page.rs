@@ -15,6 +15,7 @@ use crate::exhibit::{Exhibit, Field, Materials, On};
 use crate::markup::document;
 use crate::reduce::reduce;
 use crate::text::{file_name, json, visible};
+use crate::up::Up;
 
 /// A page with one or several meshes.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +92,9 @@ pub struct Start {
     /// Lines that are visible at first, besides those with their own setting: `Boundary`, `Non-manifold edges`, `Sharp
     /// edges`.
     pub overlays: Vec<String>,
-    /// The rotation of the model as a quaternion, x, y, z and w.
+    /// The axis that points up.
+    pub up: Up,
+    /// The rotation of the model as a quaternion, x, y, z and w, instead of one in which `up` points up.
     pub turn: Option<[f64; 4]>,
 }
 
@@ -266,7 +269,7 @@ impl Page {
     }
 
     fn start_values(&self) -> Value {
-        let Start { color, map, range, smooth, edges, overlays, turn } = &self.start;
+        let Start { color, map, range, smooth, edges, overlays, up, turn } = &self.start;
         let mut overlays: Vec<String> = overlays.iter().map(|name| visible(name)).collect();
         for exhibit in &self.exhibits {
             overlays.extend(exhibit.lines.iter().filter(|l| l.shown).map(|l| visible(&l.name)));
@@ -275,7 +278,7 @@ impl Page {
         }
         json!({
             "color": color, "map": map.map(ColorMap::name), "range": range, "smooth": smooth,
-            "edges": edges, "overlays": overlays, "turn": turn,
+            "edges": edges, "overlays": overlays, "up": up.name(), "turn": turn,
         })
     }
 
@@ -596,7 +599,7 @@ mod tests {
             ..Exhibit::default()
         };
         let page = Page::new("two", vec![triangle(), triangle()]);
-        for calls in 0..4 {
+        for calls in 0..4_usize {
             let left = std::cell::Cell::new(calls);
             let stops = || left.replace(left.get().saturating_sub(1)) == 0;
             let html = page.to_html_until(&stops).unwrap();

@@ -11,7 +11,9 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_io::{Alpha, Model, Picture, PictureFormat, Pictures, Scalars};
 use mesh_shapes::{Sphere, Torus};
-use mesh_view::{Directions, Exhibit, Field, Layout, Lines, Materials, On, Page, Section, Surface};
+use mesh_view::{
+    Directions, Exhibit, Field, Layout, Lines, Materials, On, Page, Section, Surface, Up,
+};
 use serde_json::Value;
 
 fn torus() -> TriMesh {
@@ -38,6 +40,33 @@ fn file(page: &Page) -> (tempfile::TempDir, PathBuf) {
 }
 
 const LARGE: [u32; 2] = [1200, 800];
+
+#[test]
+fn the_axis_that_points_up_is_chosen() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mut page = Page::new("A torus", vec![exhibit("torus")]);
+    page.start.up = Up::MinusX;
+    let (_folder, path) = file(&page);
+    browser.open_view(&path);
+    // The direction of the model that is up on the screen, from the front, by key and by button.
+    let up =
+        "(([x, y, z, w]) => [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)]
+               .map(t => Math.round(100 * t)).join())(curvmesh.state.turn)";
+    browser.press("1");
+    assert_eq!(browser.text(up), "-100,0,0");
+    let units = ["100,0,0", "0,100,0", "0,0,100", "-100,0,0", "0,-100,0", "0,0,-100"];
+    for (axis, unit) in Up::ALL.into_iter().zip(units) {
+        browser.set("up", axis.name());
+        let first: Vec<f64> =
+            browser.text(up).split(',').map(|number| number.parse().unwrap()).collect();
+        let wanted: Vec<f64> = unit.split(',').map(|number| number.parse().unwrap()).collect();
+        // At first, it is seen from a little above.
+        let dot: f64 = first.iter().zip(&wanted).map(|(a, b)| a * b).sum();
+        assert!(dot > 9000.0, "{first:?} {unit}");
+        browser.press("1");
+        assert_eq!(browser.text(up), unit);
+    }
+}
 
 #[test]
 fn a_page_opens_turns_and_tells_values() {

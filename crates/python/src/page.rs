@@ -3,11 +3,11 @@
 use mesh_core::glam::DVec3;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::ColorMap;
-use mesh_view::{Directions, Exhibit, Field, Layout, On, Page, Precision, Section};
+use mesh_view::{Directions, Exhibit, Field, Layout, On, Page, Precision, Section, Up};
 use numpy::PyReadonlyArray3;
 use pyo3::prelude::*;
 
-use crate::failure::{Ended, Failure};
+use crate::failure::{Ended, Failure, choose};
 use crate::host::{Call, run};
 use crate::mesh::MeshData;
 use crate::picture::ValuesGiven;
@@ -30,6 +30,7 @@ pub(crate) struct ExhibitGiven<'py> {
 pub(crate) struct PageGiven {
     title: String,
     layout: String,
+    up: String,
     color: Option<String>,
     colormap: Option<String>,
     range: Option<[f64; 2]>,
@@ -91,12 +92,14 @@ pub(crate) fn page(
 ) -> PyResult<String> {
     let settings = || -> Result<_, Failure> {
         let layouts = Layout::ALL.iter().map(|&layout| (layout.name(), layout)).collect::<Vec<_>>();
-        let layout = crate::failure::choose("layout", &given.layout, &layouts)?;
+        let layout = choose("layout", &given.layout, &layouts)?;
+        let axes = Up::ALL.map(|up| (up.name(), Some(up)));
+        let up = choose("up", &given.up, &[&[("auto", None)], &axes[..]].concat())?;
         let map = given.colormap.as_deref().map(str::parse::<ColorMap>).transpose();
         let told = exhibits.into_iter().map(ExhibitGiven::told).collect::<Result<Vec<_>, _>>()?;
-        Ok((layout, map.map_err(Failure::option)?, told))
+        Ok((layout, up, map.map_err(Failure::option)?, told))
     };
-    let (layout, map, told) = settings().map_err(|failure| failure.raise(py))?;
+    let (layout, up, map, told) = settings().map_err(|failure| failure.raise(py))?;
     run(py, call, move |watch| {
         let exhibits = told.into_iter().map(|told| {
             watch.check()?;
@@ -105,6 +108,8 @@ pub(crate) fn page(
         let exhibits = exhibits.collect::<Result<Vec<_>, Ended>>()?;
         let mut page = Page::new(given.title, exhibits);
         page.layout = layout;
+        let of_shape = || page.exhibits.first().and_then(Up::of_shape);
+        page.start.up = up.or_else(of_shape).unwrap_or_default();
         page.most_faces = given.most_faces.max(1);
         if given.exact_positions {
             page.precision = Precision::Single;

@@ -52,6 +52,9 @@ def test_a_page_turns_meshes(bumpy: cm.Mesh, tmp_path: Path) -> None:
     assert cm.view(broken).html
     with pytest.raises(cm.OptionError):
         cm.view(bumpy, color="nothing")
+    assert '"up":"-z"' in cm.view(bumpy, up="-z").html
+    with pytest.raises(cm.OptionError, match="up"):
+        cm.view(bumpy, up="w")  # type: ignore[arg-type]
     with pytest.raises(cm.OptionError):
         cm.view()
 

@@ -171,6 +171,7 @@ fn page(
     }
     let title = format!("{}: versions compared", name_of(original.path));
     let mut page = Page::new(title, exhibits);
+    page.start.up = view::usual_up(original.path, &page.exhibits);
     page.start.color = Some("vertex:distance".into());
     page.start.map = options.colors.colormap;
     page.start.range = options.colors.given_range();

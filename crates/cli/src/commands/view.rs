@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use dcurv::{CurvatureOptions, Curvatures, VertexCurvature};
-use mesh_view::{Exhibit, Field, Layout, On, Page, Precision};
+use mesh_view::{Exhibit, Field, Layout, On, Page, Precision, Up};
 use serde::Serialize;
 
 use crate::args::{is_standard, parse_page};
@@ -43,6 +43,10 @@ pub(crate) struct View {
     /// How several meshes are arranged at first
     #[arg(long, value_enum, default_value_t)]
     layout: LayoutName,
+    /// The axis that points up: x, y, z, -x, -y, -z or auto. `auto` is y for glTF, the seen side of sheets such as
+    /// terrain, z for surveys and STL, and y otherwise
+    #[arg(long, value_name = "AXIS", default_value = "auto", allow_hyphen_values = true, value_parser = parse_up)]
+    up: UpGiven,
     /// The property that is shown at first; `plain` for none
     #[arg(long, value_name = "NAME")]
     color: Option<String>,
@@ -59,6 +63,17 @@ pub(crate) struct View {
     colors: ColorOptions,
     #[command(flatten)]
     loading: Loading,
+}
+
+/// The axis that points up; `None` for `auto`.
+type UpGiven = Option<Up>;
+
+fn parse_up(text: &str) -> Result<UpGiven, String> {
+    let found = Up::ALL.into_iter().find(|up| up.name() == text);
+    if found.is_none() && text != "auto" {
+        return Err("it is one of x, y, z, -x, -y, -z and auto".into());
+    }
+    Ok(found)
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -183,6 +198,7 @@ impl View {
         let names = exhibits.iter().map(|e| &*e.name).collect::<Vec<_>>().join(", ");
         let mut page = Page::new(self.title.clone().unwrap_or(names), exhibits);
         page.layout = self.layout.into();
+        page.start.up = self.up.unwrap_or_else(|| view::usual_up(&self.inputs[0], &page.exhibits));
         page.most_faces = self.most_faces.max(1);
         if self.exact_positions {
             page.precision = Precision::Single;

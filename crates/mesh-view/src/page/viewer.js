@@ -210,7 +210,7 @@ const state = {
   layout: page.layout, color: 'plain', map: 'auto', range: 'auto', low: 0, high: 1, symmetric: false, log: false,
   smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true,
   overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: true, shown: 0,
-  theme: 'auto', turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, cross: false, picked: null,
+  theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, cross: false, picked: null,
 };
 const FOV = 28 * Math.PI / 180;
 const normalized = q => { const n = Math.hypot(...q); return q.map(x => x / n); };
@@ -218,8 +218,15 @@ const radius = () => state.together ? togetherRadius : largest;
 
 function resetCamera() {
   // From the front, a little above and to the right.
-  state.turn = normalized(page.start.turn ?? times(around([1, 0, 0], 0.35), around([0, 1, 0], -0.6)));
+  const seen = upright(times(around([1, 0, 0], 0.35), around([0, 1, 0], -0.6)));
+  state.turn = normalized(state.up === page.start.up ? page.start.turn ?? seen : seen);
   fit();
+}
+// A rotation of a model whose y axis points up, for the axis that points up here.
+function upright(q) {
+  const H = Math.PI / 2;
+  const turns = { x: [[0, 0, 1], H], y: [[0, 0, 1], 0], z: [[1, 0, 0], -H], '-x': [[0, 0, 1], -H], '-y': [[0, 0, 1], 2 * H], '-z': [[1, 0, 0], H] };
+  return times(q, around(...turns[state.up]));
 }
 // As near as leaves everything in sight from here. The nearer the camera, the more the perspective
 // spreads what is in front, so that a few rounds are needed.
@@ -967,7 +974,8 @@ function buildControls() {
   [lineOf, controls.backs] = checkbox('Tint what is seen from behind', state.backs, x => { state.backs = x; redraw(); }, 'backs'); view.push(lineOf);
   [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
   [lineOf, controls.theme] = select('Brightness', [['auto', 'As the system'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
-  const sides = make('div', { className: 'buttons', role: 'group', 'aria-label': 'Look from' }, ...SIDES.map(([name, q], i) => button(name, () => { state.turn = normalized(q); redraw(); }, '', 'Key ' + (i + 1))));
+  [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
+  const sides = make('div', { className: 'buttons', role: 'group', 'aria-label': 'Look from' }, ...SIDES.map(([name, q], i) => button(name, () => { state.turn = normalized(upright(q)); redraw(); }, '', 'Key ' + (i + 1))));
   view.push(sides, make('div', { className: 'buttons' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Save picture', savePicture, 'save', 'Key S')));
 
   [lineOf, controls.color] = select('Colour by', COLORS, state.color, setColor, 'color'); colors.push(lineOf);
@@ -1260,7 +1268,7 @@ document.addEventListener('keydown', event => {
     return;
   }
   const side = SIDES[Number(event.key) - 1];
-  if (side && /^[1-6]$/.test(event.key)) { state.turn = normalized(side[1]); redraw(); return; }
+  if (side && /^[1-6]$/.test(event.key)) { state.turn = normalized(upright(side[1])); redraw(); return; }
   const action = ACTIONS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (action) { action(); event.preventDefault(); }
 });

@@ -48,6 +48,7 @@ External = Literal["none", "folder", "any"]
 Encoding = Literal["usual", "text", "little-endian", "big-endian"]
 Precision = Literal["exact", "single", "double"]
 Layout = Literal["side", "wipe", "blink", "one"]
+Up = Literal["auto", "x", "y", "z", "-x", "-y", "-z"]
 On = Literal["vertex", "face"]
 Engine = Literal["local", "dask", "ray"]
 
@@ -169,7 +170,7 @@ _KINDS: dict[str, Callable[[str, Any], Any]] = {
     "Progress": _progress,
     **dict.fromkeys(
         ("str", "Preset", "Placement", "Norm", "Estimator", "Area", "Sections", "Outline", "CoverMethod")
-        + ("Format", "External", "Encoding", "Precision", "Layout", "Engine"),
+        + ("Format", "External", "Encoding", "Precision", "Layout", "Up", "Engine"),
         _text,
     ),
 }

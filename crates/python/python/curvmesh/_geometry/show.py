@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    from .._options import Layout, On
+    from .._options import Layout, On, Up
 
 __all__ = ["Page", "Picture", "render", "view"]
 
@@ -264,6 +264,7 @@ def view(
     colormap: str | None = None,
     range: tuple[float, float] | None = None,
     layout: Layout = "side",
+    up: Up = "auto",
     smooth: bool | None = None,
     edges: bool | None = None,
     title: str | None = None,
@@ -299,6 +300,9 @@ def view(
         As for :func:`render`; both can be changed on the page.
     layout : str
         ``"side"`` by side, ``"wipe"``, ``"blink"``, or ``"one"`` at a time.
+    up : str
+        The axis that points up at first: ``"x"``, ``"y"``, ``"z"``, ``"-x"``, ``"-y"``, ``"-z"``. With
+        ``"auto"``, it is the seen side of sheets such as terrain, z for surveys, and y otherwise.
     smooth, edges : bool, optional
         The initial appearance of meshes; the default depends on their size.
     title : str, optional
@@ -364,6 +368,7 @@ def view(
     page = {
         "title": title or ", ".join(str(exhibit["name"]) for exhibit in exhibits),
         "layout": layout,
+        "up": up,
         "color": color,
         "colormap": colormap,
         "range": None if range is None else list(range),
