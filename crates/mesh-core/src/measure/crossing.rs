@@ -19,18 +19,25 @@ pub type Triangle = ([VertexId; 3], [DVec3; 3]);
 /// belong to its edges, which its neighbours share.
 #[must_use]
 pub fn triangles_cross(first: Triangle, second: Triangle) -> bool {
-    if is_degenerate(first.1) || is_degenerate(second.1) {
+    let shared = |v: &VertexId| second.0.contains(v);
+    let common = first.0.iter().filter(|v| shared(v)).count();
+    let may_cross = match common {
+        0 => !are_apart(first.1, second.1),
+        1 => opposite_sides_may_meet(first, second),
+        _ => true,
+    };
+    if !may_cross || is_degenerate(first.1) || is_degenerate(second.1) {
         return false;
     }
-    // Rotate each so that the common vertices come first.
-    let shared = |v: &VertexId| second.0.contains(v);
-    match first.0.iter().filter(|v| shared(v)).count() {
-        0 if are_apart(first.1, second.1) => false,
+    match common {
         0 => {
-            sides(first.1).any(|side| segment_meets_triangle(side, second.1))
-                || sides(second.1).any(|side| segment_meets_triangle(side, first.1))
+            sides(first.1).any(|side| side_meets(side, second.1))
+                || sides(second.1).any(|side| side_meets(side, first.1))
         }
-        1 => cross_at_vertex(first, second),
+        1 => {
+            side_meets(opposite_side(first, second), second.1)
+                || side_meets(opposite_side(second, first), first.1)
+        }
         2 => cross_at_edge(first, second),
         _ => true,
     }
@@ -51,22 +58,28 @@ fn are_apart(first: [DVec3; 3], second: [DVec3; 3]) -> bool {
     !meet || is_beside(first, second) || is_beside(second, first)
 }
 
-/// With one common vertex, any other common points reach the opposite side of one of the triangles.
-fn cross_at_vertex(first: Triangle, second: Triangle) -> bool {
-    let opposite = |of: Triangle, other: Triangle| {
-        let common = (0..3).find(|&i| other.0.contains(&of.0[i])).unwrap_or(0);
-        [of.1[(common + 1) % 3], of.1[(common + 2) % 3]]
-    };
-    let meet =
-        |side, triangle| boxes_meet(side, triangle) && segment_meets_triangle(side, triangle);
-    meet(opposite(first, second), second.1) || meet(opposite(second, first), first.1)
+/// The side opposite to the only common vertex. Any other common points of the triangles reach this side of one of them.
+fn opposite_side(of: Triangle, other: Triangle) -> [DVec3; 2] {
+    let common = (0..3).find(|&i| other.0.contains(&of.0[i])).unwrap_or(0);
+    [of.1[(common + 1) % 3], of.1[(common + 2) % 3]]
 }
 
-/// Whether the boxes of a segment and a triangle meet. Rules out most pairs in a fan.
+/// Rules out most pairs in a fan.
+fn opposite_sides_may_meet(first: Triangle, second: Triangle) -> bool {
+    boxes_meet(opposite_side(first, second), second.1)
+        || boxes_meet(opposite_side(second, first), first.1)
+}
+
+/// Whether the boxes of a segment and a triangle meet.
 fn boxes_meet([p, q]: [DVec3; 2], [a, b, c]: [DVec3; 3]) -> bool {
     let below = p.min(q).cmple(a.max(b).max(c));
     let above = p.max(q).cmpge(a.min(b).min(c));
     (below & above).all()
+}
+
+/// As [`segment_meets_triangle`], with boxes first: most triangles in one plane have no common point.
+fn side_meets(side: [DVec3; 2], triangle: [DVec3; 3]) -> bool {
+    boxes_meet(side, triangle) && segment_meets_triangle(side, triangle)
 }
 
 fn cross_at_edge(first: Triangle, second: Triangle) -> bool {
