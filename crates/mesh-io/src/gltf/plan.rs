@@ -11,11 +11,12 @@ use crate::numbering::Numbering;
 use crate::scalars::{ScalarType, ScalarValues, Scalars};
 use glam::DMat4;
 use std::collections::HashMap;
+use std::collections::btree_map::{BTreeMap, Entry};
 
 /// The meshes of a scene, and the size of the resulting model.
 pub(crate) struct Plan {
-    /// The meshes that are drawn.
-    pub meshes: Vec<Option<MeshPlan>>,
+    /// The meshes that are drawn, by index.
+    pub meshes: BTreeMap<u32, MeshPlan>,
     /// The names of the named numbers of vertices.
     pub scalars: Numbering,
     pub vertices: u64,
@@ -99,7 +100,7 @@ impl Plan {
         textures: &[Option<TextureInfo>],
         notes: &mut Notes,
     ) -> Result<Self, ReadErrorKind> {
-        let mut plan = Self::empty(document);
+        let mut plan = Self::empty();
         each_placed(&document.root, |placed| plan.place(document, placed, textures, notes))?;
         Ok(plan)
     }
@@ -111,17 +112,16 @@ impl Plan {
         mesh: u32,
         notes: &mut Notes,
     ) -> Result<Self, ReadErrorKind> {
-        let mut plan = Self::empty(document);
+        let mut plan = Self::empty();
         let node = Node::default();
         let placed = Placed { index: 0, node: &node, mesh, transform: DMat4::IDENTITY };
         plan.place(document, &placed, textures, notes)?;
         Ok(plan)
     }
 
-    fn empty(document: &Document) -> Self {
-        let count = document.root.meshes.len();
+    fn empty() -> Self {
         Self {
-            meshes: std::iter::repeat_with(|| None).take(count).collect(),
+            meshes: BTreeMap::new(),
             scalars: Numbering::default(),
             vertices: 0,
             faces: 0,
@@ -150,25 +150,27 @@ impl Plan {
     /// Columns for the named numbers of all vertices, in a type that holds the numbers of every mesh. Vertices without
     /// a number get NaN, which needs floating point.
     pub(crate) fn columns(&self, vertices: usize) -> Vec<Scalars> {
-        let sets = || self.meshes.iter().flatten().flat_map(|mesh| &mesh.sets);
-        let column = |(number, name): (u32, &String)| {
-            let of_set = |set: &VertexSet| {
-                set.scalars.iter().find(|scalars| scalars.name == number).map(|s| s.kind)
-            };
-            let mut kinds = sets().filter_map(of_set);
-            let first = kinds.next().unwrap_or(ScalarType::F32);
-            let integers =
-                first.is_integer() && kinds.clone().all(|kind: ScalarType| kind.is_integer());
-            let all_equal = kinds.all(|kind| kind == first);
-            let everywhere = sets().all(|set| of_set(set).is_some());
-            let values = match (everywhere, all_equal, integers) {
-                (true, true, _) => ScalarValues::zeros(first, vertices),
-                (true, false, true) => ScalarValues::zeros(ScalarType::I64, vertices),
+        let mut kinds = vec![Kinds::default(); self.scalars.names().len()];
+        let mut sets = 0;
+        for set in self.meshes.values().flat_map(|mesh| &mesh.sets) {
+            sets += 1;
+            for scalars in &set.scalars {
+                if let Some(kinds) = kinds.get_mut(scalars.name as usize) {
+                    kinds.add(scalars.kind, sets);
+                }
+            }
+        }
+        let column = |(name, kinds): (&String, Kinds)| {
+            let first = kinds.first.unwrap_or(ScalarType::F32);
+            let integers = first.is_integer() && !kinds.has_fractions;
+            let values = match (kinds.sets == sets, kinds.has_others, integers) {
+                (true, false, _) => ScalarValues::zeros(first, vertices),
+                (true, true, true) => ScalarValues::zeros(ScalarType::I64, vertices),
                 _ => vec![f64::NAN; vertices].into(),
             };
             Scalars { is_label: integers, ..Scalars::new(name, values) }
         };
-        (0..).zip(self.scalars.names()).map(column).collect()
+        self.scalars.names().iter().zip(kinds).map(column).collect()
     }
 
     fn place(
@@ -180,19 +182,19 @@ impl Plan {
     ) -> Result<(), ReadErrorKind> {
         let path = format!("nodes[{}].mesh", placed.index);
         let mesh = item(&document.root.meshes, placed.mesh, "meshes", &path)?;
-        let Some(slot) = self.meshes.get_mut(placed.mesh as usize) else { return Ok(()) };
-        let is_new = slot.is_none();
-        if is_new {
-            let mut planner = Planner {
-                document,
-                textures,
-                notes,
-                scalars: &mut self.scalars,
-                mesh: placed.mesh,
-            };
-            *slot = Some(planner.mesh(mesh)?);
-        }
-        let Some(mesh_plan) = slot else { return Ok(()) };
+        let mesh_plan = match self.meshes.entry(placed.mesh) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(slot) => {
+                let mut planner = Planner {
+                    document,
+                    textures,
+                    notes,
+                    scalars: &mut self.scalars,
+                    mesh: placed.mesh,
+                };
+                slot.insert(planner.mesh(mesh)?)
+            }
+        };
         let times = instance_count(document, placed)?;
         if mesh_plan.sets.is_empty() || times == 0 {
             return Ok(());
@@ -211,6 +213,32 @@ impl Plan {
         let passing = mesh_plan.passing.saturating_add(times.saturating_mul(INSTANCE));
         self.passing = self.passing.max(passing);
         Ok(())
+    }
+}
+
+/// The types of the named numbers of one name.
+#[derive(Clone, Copy, Default)]
+struct Kinds {
+    /// The type in the first vertex set that has them.
+    first: Option<ScalarType>,
+    has_others: bool,
+    has_fractions: bool,
+    /// The number of vertex sets that have them.
+    sets: usize,
+    /// The last of these sets.
+    last: usize,
+}
+
+impl Kinds {
+    /// Adds the numbers of a set. Only the first of several columns with one name counts.
+    fn add(&mut self, kind: ScalarType, set: usize) {
+        if self.last == set {
+            return;
+        }
+        self.last = set;
+        self.sets += 1;
+        self.has_others |= *self.first.get_or_insert(kind) != kind;
+        self.has_fractions |= !kind.is_integer();
     }
 }
 

@@ -12,7 +12,7 @@ use crate::external::Files;
 use crate::input::Input;
 use crate::notes::Notes;
 use crate::text::quote;
-use crate::{Group, Material, Model};
+use crate::{Group, Model};
 use glam::{DMat3, DMat4, DVec3};
 use mesh_core::PolygonSoup;
 use mesh_core::soup::TooManyCorners;
@@ -62,15 +62,14 @@ pub(super) fn read_root(
     Ok(model)
 }
 
-/// The triangles of one mesh, in its own coordinates; the plan is of this mesh. `materials` is the number of materials.
+/// The triangles of one mesh, in its own coordinates, with indices of materials that the model does not have; the plan
+/// is of this mesh.
 pub(crate) fn read_mesh(
     document: &Document,
     plan: &Plan,
     mesh: u32,
-    materials: usize,
 ) -> Result<Model, ReadErrorKind> {
-    let model = Model { materials: vec![Material::default(); materials], ..Model::default() };
-    let mut reader = Reader::new(document, plan, model)?;
+    let mut reader = Reader::new(document, plan, Model::default())?;
     reader.place(&Placed { index: 0, node: &Node::default(), mesh, transform: DMat4::IDENTITY })?;
     Ok(reader.finish())
 }
@@ -130,10 +129,8 @@ impl<'d> Reader<'d> {
     }
 
     fn place(&mut self, placed: &Placed<'_>) -> Result<(), ReadErrorKind> {
-        let (index, plan) = (placed.mesh as usize, self.plan);
-        let root = &self.document.root;
-        let (Some(mesh), Some(Some(mesh_plan))) = (root.meshes.get(index), plan.meshes.get(index))
-        else {
+        let mesh = self.document.root.meshes.get(placed.mesh as usize);
+        let (Some(mesh), Some(mesh_plan)) = (mesh, self.plan.meshes.get(&placed.mesh)) else {
             return Ok(());
         };
         if mesh_plan.sets.is_empty() {

@@ -9,15 +9,17 @@ use crate::gltf::material::base_texture;
 use crate::gltf::plan::{Plan, not_draco, path_of};
 use crate::gltf::read::{check_extensions, read_mesh};
 use crate::gltf::schema::{Attributes, Primitive};
-use crate::model::{Group, Model};
+use crate::model::{Group, Material, Model};
 use crate::notes::Notes;
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The triangles of a mesh.
 #[derive(Clone, Debug)]
 pub struct SceneMesh {
     /// The triangles in the coordinates of the mesh, exactly as [`read`](crate::read()) reads the mesh from a scene
-    /// without transforms. Each primitive is a group if there are several. Materials have indices, but no content.
+    /// without transforms. Each primitive is a group if there are several. Materials are numbered in the order of the
+    /// faces, and have no content.
     pub model: Model,
     /// The primitives with triangles, in the order of the faces of the model.
     pub primitives: Vec<ScenePrimitive>,
@@ -85,11 +87,12 @@ impl Scene {
 
     fn read_planned(&self, mesh: u32, plan: &Plan) -> Result<Option<SceneMesh>, ReadErrorKind> {
         let document = &*self.document;
-        let Some(Some(mesh_plan)) = plan.meshes.get(mesh as usize) else { return Ok(None) };
+        let Some(mesh_plan) = plan.meshes.get(&mesh) else { return Ok(None) };
         if plan.faces == 0 {
             return Ok(None);
         }
-        let mut model = read_mesh(document, plan, mesh, document.root.materials.len())?;
+        let mut model = read_mesh(document, plan, mesh)?;
+        number_materials(&mut model);
         to_unit_range(&mut model);
         let mut first = Vec::with_capacity(mesh_plan.sets.len());
         let mut vertices = 0;
@@ -132,6 +135,16 @@ impl Scene {
         }
         Ok(Some(SceneMesh { model, primitives }))
     }
+}
+
+/// Numbers the materials in the order of the faces, and adds them without content.
+fn number_materials(model: &mut Model) {
+    let mut numbers = HashMap::new();
+    for material in model.face_materials.iter_mut().flatten().filter(|m| **m != Model::NONE) {
+        let next = numbers.len() as u32;
+        *material = *numbers.entry(*material).or_insert(next);
+    }
+    model.materials = vec![Material::default(); numbers.len()];
 }
 
 /// The values of an attribute, as many as there are vertices.
