@@ -7,13 +7,14 @@
 //! hold indices of accessors, views and buffers, and `extensions`, which of them are known; `colors` of
 //! files that do not mark them; `geometry`, the content of
 //! a mesh; `placement`, where meshes are drawn; `prune`, which drops what nothing refers to any more; `replace`;
-//! `write`.
+//! `levels` in one document; `write`.
 
 mod check;
 mod colors;
 mod document;
 mod extensions;
 mod geometry;
+mod levels;
 mod placement;
 mod prune;
 mod references;

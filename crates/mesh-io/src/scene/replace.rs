@@ -53,36 +53,11 @@ impl Scene {
     /// or the document requires an extension that would be lost.
     pub fn replaced(&self, meshes: &[NewMesh]) -> Result<(Self, Vec<Lost>), WriteError> {
         let mut json = self.json.clone();
-        let before = Referenced::of(&mut json);
-        let mut edit = Edit {
-            buffer: self.document.buffers.len(),
-            views: list_mut(&mut json, "bufferViews").len(),
-            accessors: list_mut(&mut json, "accessors").to_vec(),
-            new_views: Vec::new(),
-            bytes: Vec::new(),
-            lost: Vec::new(),
-        };
+        let mut edit = Edit::new(self);
         for new in meshes {
             edit.mesh(&mut json, new)?;
         }
-        let Edit { accessors, new_views, bytes, lost, .. } = edit;
-        self.check_required(&lost)?;
-        let mut buffers = self.document.buffers.clone();
-        if !bytes.is_empty() {
-            push_all(&mut json, "buffers", [json!({ "byteLength": bytes.len() })]);
-            push_all(&mut json, "bufferViews", new_views);
-            if let Some(document) = json.as_object_mut() {
-                document.insert("accessors".to_owned(), accessors.into());
-            }
-            buffers.push(Bytes { length: bytes.len(), all: Arc::new(bytes) });
-        }
-        if unknown(&json).is_empty() {
-            prune(&mut json, &mut buffers, &before);
-        }
-        drop_unused_names(&mut json, &self.json);
-        let root = root_of(&json).map_err(|error| WriteError::Scene(error.to_string()))?;
-        let lost = lost.into_iter().map(|(lost, _)| lost).collect();
-        Ok((self.with(json, Document { root, buffers }), lost))
+        edit.finish(self, json)
     }
 
     /// Refuses the loss of an extension without which the document must not be read.
@@ -100,7 +75,7 @@ impl Scene {
 }
 
 /// New parts of a document.
-struct Edit {
+pub(super) struct Edit {
     /// The index of the new buffer.
     buffer: usize,
     /// The number of views of the document.
@@ -114,7 +89,46 @@ struct Edit {
 }
 
 impl Edit {
-    fn mesh(&mut self, json: &mut Value, new: &NewMesh) -> Result<(), WriteError> {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let list = |name: &str| scene.json.get(name).and_then(Value::as_array);
+        Self {
+            buffer: scene.document.buffers.len(),
+            views: list("bufferViews").map_or(0, Vec::len),
+            accessors: list("accessors").cloned().unwrap_or_default(),
+            new_views: Vec::new(),
+            bytes: Vec::new(),
+            lost: Vec::new(),
+        }
+    }
+
+    /// The scene with the changed document and the new parts, and what is lost.
+    pub(super) fn finish(
+        self,
+        scene: &Scene,
+        mut json: Value,
+    ) -> Result<(Scene, Vec<Lost>), WriteError> {
+        let Self { accessors, new_views, bytes, lost, .. } = self;
+        scene.check_required(&lost)?;
+        let before = Referenced::of(&mut scene.json.clone());
+        let mut buffers = scene.document.buffers.clone();
+        if !bytes.is_empty() {
+            push_all(&mut json, "buffers", [json!({ "byteLength": bytes.len() })]);
+            push_all(&mut json, "bufferViews", new_views);
+            if let Some(document) = json.as_object_mut() {
+                document.insert("accessors".to_owned(), accessors.into());
+            }
+            buffers.push(Bytes { length: bytes.len(), all: Arc::new(bytes) });
+        }
+        if unknown(&json).is_empty() {
+            prune(&mut json, &mut buffers, &before);
+        }
+        drop_unused_names(&mut json, &scene.json);
+        let root = root_of(&json).map_err(|error| WriteError::Scene(error.to_string()))?;
+        let lost = lost.into_iter().map(|(lost, _)| lost).collect();
+        Ok((scene.with(json, Document { root, buffers }), lost))
+    }
+
+    pub(super) fn mesh(&mut self, json: &mut Value, new: &NewMesh) -> Result<(), WriteError> {
         let index = new.mesh;
         let mesh = list_mut(json, "meshes").get_mut(index);
         let mesh = mesh.ok_or_else(|| WriteError::Scene(format!("there is no mesh {index}")))?;
@@ -349,7 +363,7 @@ fn drop_unused_names(json: &mut Value, before: &Value) {
             let gone = || occurs(before, name) && !occurs(json, name);
             !*names.entry(name.to_owned()).or_insert_with(gone)
         };
-        let Some(all) = before.get(list).and_then(Value::as_array) else { continue };
+        let Some(all) = json.get(list).and_then(Value::as_array) else { continue };
         let kept: Vec<Value> = all.iter().filter(|name| stays(name)).cloned().collect();
         let Some(document) = json.as_object_mut() else { return };
         if kept.is_empty() {
