@@ -1,5 +1,6 @@
 //! Loading a mesh from a file.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -122,7 +123,7 @@ const HEAD: usize = 4096;
 impl ReadOptions {
     /// Reads a file or the standard input, and reports what the reader skipped.
     fn read(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
-        self.read_with_format(path, console).map(|(model, _)| model)
+        self.read_with_format(path, false, console).map(|(model, _)| model)
     }
 
     /// The options of the library for a file in this folder.
@@ -137,9 +138,11 @@ impl ReadOptions {
     }
 
     /// As [`ReadOptions::read`], with the detected format.
+    /// `is_part_of_scene` says that the scene of the file is read as well.
     fn read_with_format(
         &self,
         path: &Path,
+        is_part_of_scene: bool,
         console: &Console,
     ) -> Result<(Model, Option<Format>), Failure> {
         let mut options = self.options();
@@ -162,6 +165,12 @@ impl ReadOptions {
         };
         let mut model = model.map_err(|error| Failure::Read(Box::new(error)))?;
         mark_labels(&mut model, &self.labels, &self.blend).map_err(Failure::usage)?;
+        if is_part_of_scene {
+            // The scene has what the mesh has no place for.
+            let lost: HashSet<String> =
+                model.lost.drain(..).map(|lost| format!("lost {lost}")).collect();
+            model.notes.retain(|note| !lost.contains(note));
+        }
         let name = printable(path.display());
         for note in &model.notes {
             console.message(format_args!("{name}: {}", printable(note)));
@@ -282,12 +291,21 @@ impl Loading {
         self.read.read(path, console)
     }
 
+    /// Reads the mesh of a file whose scene is read as well, without repairs. Reports only what neither of them has.
+    pub(crate) fn read_beside_scene(
+        &self,
+        path: &Path,
+        console: &Console,
+    ) -> Result<Model, Failure> {
+        self.read.read_with_format(path, true, console).map(|(model, _)| model)
+    }
+
     /// Reads a file and builds the mesh, with the repairs that are asked for and, without `--strict`, those that it
     /// needs. Some formats, for example glTF, split a vertex so that each part has one texture coordinate and one
     /// normal. The parts are welded unless `--weld` says otherwise: an edge between unconnected faces has no curvature
     /// and cannot flip.
     pub(crate) fn load(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
-        let (model, format) = self.read.read_with_format(path, console)?;
+        let (model, format) = self.read.read_with_format(path, false, console)?;
         let mut repair = self.repairs(&model)?;
         let joined = splits_vertices(&model, format)
             && self.repair.weld.is_none()

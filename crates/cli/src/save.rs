@@ -218,6 +218,12 @@ impl<'b> Outputs<'b> {
         self.add(path, move || mesh_io::stage(path, model, &options));
     }
 
+    /// Adds a scene.
+    pub(crate) fn add_scene(&mut self, path: &'b Path, scene: &'b Scene, options: &SaveOptions) {
+        let options = options.write_options();
+        self.add(path, move || scene.stage(path, &options));
+    }
+
     /// Adds levels of detail in one file.
     pub(crate) fn add_levels(
         &mut self,

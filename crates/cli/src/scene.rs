@@ -1,15 +1,17 @@
 //! Scenes that stay scenes: a glTF file that is written as glTF.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use clap::{Args, ValueEnum};
-use mesh_io::Format;
+use mesh_core::build::BuildReport;
+use mesh_io::{Format, Lost};
 use mesh_work::SceneBudget;
 
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::load::Loading;
-use crate::save::SaveOptions;
-use crate::task::Task;
+use crate::load::{Loading, needed};
 use crate::text::printable;
 
 /// What becomes of a scene.
@@ -60,25 +62,65 @@ impl Merging {
     /// one mesh.
     pub(crate) fn keeps_scene(
         self,
-        task: &Task,
+        input: &Path,
+        written: Option<Format>,
         loading: &Loading,
-        save: &SaveOptions,
         needing_one: &[&'static str],
         (given, console): (&Given, &Console),
     ) -> Result<bool, Failure> {
         let is_gltf = |format: Option<Format>| matches!(format, Some(Format::Gltf | Format::Glb));
-        let written = task.output.as_ref().and_then(|output| save.format_of(output));
-        if self.one_mesh || !is_gltf(written) || !is_gltf(loading.format(&task.input)?) {
+        if self.one_mesh || !is_gltf(written) || !is_gltf(loading.format(input)?) {
             return Ok(false);
         }
         let needing = needing_one.iter().copied().find(|field| given.has(field));
         let needing = needing.or_else(|| loading.welds_within().then_some("weld"));
         if let Some(field) = needing {
-            let (name, option) = (printable(task.input.display()), field.replace('_', "-"));
+            let (name, option) = (printable(input.display()), field.replace('_', "-"));
             console.message(format_args!(
                 "{name}: --{option} works on one mesh, so that the scene becomes one mesh; without it, the scene stays whole"
             ));
         }
         Ok(needing.is_none())
+    }
+}
+
+/// The name of a mesh for people.
+pub(crate) fn title(name: Option<&str>, mesh: usize) -> String {
+    name.map_or_else(|| format!("mesh {mesh}"), printable)
+}
+
+/// Reports the repairs of the meshes of a scene.
+pub(crate) fn tell_repairs<'r>(
+    name: &str,
+    reports: impl Iterator<Item = &'r BuildReport>,
+    console: &Console,
+) {
+    let mut repairs = BTreeMap::new();
+    for (what, count) in reports.flat_map(BuildReport::repairs) {
+        *repairs.entry(what).or_insert(0) += count;
+    }
+    if !repairs.is_empty() {
+        console.repaired(name, repairs.clone().into_iter());
+        console.message(format_args!("{name}: {}", needed(repairs.into_iter())));
+    }
+}
+
+/// Normals of flat-shaded meshes, if there are such meshes.
+pub(crate) fn lost_normals(meshes: usize) -> Option<Lost> {
+    let why = "every face has a normal of its own, and a mesh without normals looks the same";
+    (meshes > 0).then(|| Lost::some("normals of flat-shaded meshes", meshes as u64, why))
+}
+
+/// A primitive without faces.
+pub(crate) fn lost_primitive(title: &str, primitive: usize) -> Lost {
+    let what = format!("{title}: primitive {primitive}");
+    Lost::new(what, "it has no face at this target; ask for more faces")
+}
+
+/// Reports what a scene loses.
+pub(crate) fn tell_lost(name: &str, lost: &[Lost], console: &Console) {
+    for lost in lost {
+        console.message(format_args!("{name}: lost {lost}"));
+        console.lose(name, console.command(), lost);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh_io::{Model, Scene};
+use mesh_io::{Format, Model, Scene};
 use mesh_work::Loaded;
 use serde::Serialize;
 
@@ -42,6 +42,11 @@ impl Task {
         Seconds::time(&mut seconds.load, || loading.load(&self.input, console))
     }
 
+    /// The format of the output, if it is asked for and known.
+    pub(crate) fn written(&self, options: &SaveOptions) -> Option<Format> {
+        self.output.as_ref().and_then(|output| options.format_of(output))
+    }
+
     /// Writes the output, if one is asked for.
     pub(crate) fn save(
         &self,
@@ -68,14 +73,7 @@ impl Task {
         console: &Console,
     ) -> Result<(), Failure> {
         let Some(output) = &self.output else { return Ok(()) };
-        let pictures = scene.file_pictures();
-        if !pictures.is_empty() && self.input.parent() != output.parent() {
-            let (name, first) = (printable(output.display()), printable(pictures[0]));
-            console.message(format_args!(
-                "{name}: it names {} pictures in files beside the input, such as {first}; copy them to its folder",
-                pictures.len()
-            ));
-        }
+        tell_pictures(&self.input, output, scene, console);
         Seconds::time(&mut seconds.save, || {
             if self.makes_folder {
                 make_folder_of(output)?;
@@ -97,6 +95,20 @@ impl Task {
             Some(output) => report.with_output(output),
             None => report,
         }
+    }
+}
+
+/// Reports that a scene names pictures which are not beside the output.
+pub(crate) fn tell_pictures(input: &Path, output: &Path, scene: &Scene, console: &Console) {
+    let pictures = scene.file_pictures();
+    if let Some(first) = pictures.first()
+        && input.parent() != output.parent()
+    {
+        let (name, first) = (printable(output.display()), printable(first));
+        console.message(format_args!(
+            "{name}: it names {} pictures in files beside the input, such as {first}; copy them to its folder",
+            pictures.len()
+        ));
     }
 }
 

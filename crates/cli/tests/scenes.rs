@@ -211,3 +211,55 @@ fn a_scene_is_shown_as_a_tree() {
     let text = String::from_utf8(curvmesh(&["info", &input]).stdout).unwrap();
     assert!(text.contains("\n      front: mesh wheel, 360 faces (extras)\n"), "{text}");
 }
+
+#[test]
+fn levels_of_a_scene_are_scenes() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "car.glb", &car());
+    let out = folder.path().join("levels");
+    let start = ["lod", &input, "--levels", "0.5,0.2", "-o"];
+    let report = json(&[&start[..], &[out.to_str().unwrap()]].concat());
+    assert_eq!(report["lost"], value!([]));
+    let levels = report["levels"].as_array().unwrap();
+    assert_eq!(levels.len(), 2);
+    for (level, faces) in levels.iter().zip([360, 144]) {
+        let path = level["output"].as_str().unwrap();
+        assert!(level["faces"] == faces && level["meshes"][0]["times"] == 2, "{level}");
+        let number = if faces == 360 { 1 } else { 2 };
+        assert_eq!(Path::new(path), out.join(format!("car-{number}.glb")));
+        assert_eq!(without(&document(&input), &GEOMETRY), without(&document(path), &GEOMETRY));
+        assert_eq!(mesh_io::read(path).unwrap().soup.face_count(), faces);
+    }
+    // One file for all levels: the nodes have alternatives, which share their meshes.
+    let one = folder.path().join("all.glb");
+    let one = one.to_str().unwrap();
+    json(&[&start[..], &[one]].concat());
+    let found = document(one);
+    assert_eq!(found["meshes"].as_array().unwrap().len(), 3);
+    assert_eq!(found["nodes"].as_array().unwrap().len(), 4 + 2 * 2);
+    assert_eq!(found["nodes"][0]["extensions"]["MSFT_lod"]["ids"].as_array().unwrap().len(), 2);
+    assert_eq!(found["nodes"][0]["extras"]["part_no"], "A-113");
+    // Merged as asked, or because an option needs it.
+    let (_, said) = code(&[&start[..], &[one, "--one-mesh"]].concat());
+    assert!(said.contains("lost cameras (1)") && !said.contains("works on one mesh"), "{said}");
+    let record = folder.path().join("car.lod");
+    let (status, said) = code(&[&start[..], &[one, "--record", record.to_str().unwrap()]].concat());
+    assert!(status == 0 && said.contains("--record works on one mesh"), "{said}");
+    let ply = folder.path().join("plain");
+    let plain = ["--to", "ply", "--per", "mesh"];
+    let (status, said) = code(&[&start[..], &[ply.to_str().unwrap()], &plain].concat());
+    assert!(status == 2 && said.contains("--per"), "{said}");
+}
+
+/// The tree shows what a mesh has no place for, so nothing is lost.
+#[test]
+fn a_scene_that_is_shown_loses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "rich.glb", &rich().glb());
+    let output = curvmesh(&["info", &input]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && !said.contains("lost"), "{said}");
+    let report = json(&["info", &input]);
+    assert!(report["lost"].as_array().is_none_or(Vec::is_empty), "{report}");
+    assert_eq!(report["scene"]["parts"]["skins"], 1);
+}

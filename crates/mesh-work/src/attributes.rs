@@ -11,7 +11,7 @@ use simplify::{
     corner_sources, seam_nodes,
 };
 
-use crate::charts::MergedCharts;
+use crate::charts::{Charted, MergedCharts};
 use crate::loaded::Source;
 use crate::normals::settle_normals;
 use crate::seams::Seams;
@@ -109,14 +109,29 @@ impl Attributes {
             // Another limit ends the run, and the borders are no obstacle to it.
             return None;
         }
+        let charted = self.charted(mesh, 1, 1.0)?;
+        let merged = MergedCharts::make_room(&[charted], faces).pop().flatten()?;
+        Some(self.with_merged(mesh, merged))
+    }
+
+    /// The charts of a mesh that is drawn a number of times, with areas that grow by a factor; `None` if they all stay.
+    pub(crate) fn charted<'a>(
+        &'a self,
+        mesh: &'a TriMesh,
+        times: usize,
+        growth: f64,
+    ) -> Option<Charted<'a>> {
         let is_wanted = !self.rules.keep_creases && self.seams.count() > 0;
-        let merged =
-            is_wanted.then(|| MergedCharts::make_room(mesh, &self.seams.edges, faces)).flatten()?;
+        is_wanted.then_some(Charted { mesh, seams: &self.seams.edges, times, growth })
+    }
+
+    /// The attributes with merged charts.
+    pub(crate) fn with_merged(&self, mesh: &TriMesh, merged: MergedCharts) -> Self {
         let of_corners = self.of_corners.as_ref().map(|corners| {
             let guides = merged.guides(mesh);
             corners.taking(mesh, |h| guides[h])
         });
-        Some(Self { merged: Some(merged), of_corners, ..self.clone() })
+        Self { merged: Some(merged), of_corners, ..self.clone() }
     }
 
     /// The numbers of charts before and after some were merged; `None` if none were.

@@ -35,24 +35,38 @@ pub(crate) struct MergedCharts {
     roots: Vec<u32>,
 }
 
+/// A mesh with charts, one of those that share the wanted faces.
+pub(crate) struct Charted<'a> {
+    pub(crate) mesh: &'a TriMesh,
+    pub(crate) seams: &'a EdgeMap<bool>,
+    /// The number of times that the mesh is drawn.
+    pub(crate) times: usize,
+    /// The factor by which areas grow where it is drawn.
+    pub(crate) growth: f64,
+}
+
 impl MergedCharts {
-    /// Merges charts until their borders have room in this number of faces; `None` if they have room as they are.
-    pub(crate) fn make_room(mesh: &TriMesh, seams: &EdgeMap<bool>, faces: usize) -> Option<Self> {
-        let charts = Charts::new(mesh, seams);
-        let mut groups = Groups::new(charts.areas.clone());
+    /// Merges charts of meshes until the borders of all have room in this number of drawn faces. The smallest charts of
+    /// all meshes are merged first. `None` for a mesh whose charts have room as they are.
+    pub(crate) fn make_room(all: &[Charted<'_>], faces: usize) -> Vec<Option<Self>> {
+        let mut all: Vec<Merging<'_>> = all.iter().map(Merging::new).collect();
         let room = SHARE * faces as f64;
-        let mut kept = seams.clone();
-        while charts.faces_needed(mesh, &kept, &mut groups) as f64 > room {
-            if !charts.merge_smallest(mesh, &kept, &mut groups) {
+        while all.iter().map(|one| one.part.times * one.needed).sum::<usize>() as f64 > room {
+            let neighbours = all.iter_mut().zip(0..).map(|(one, i)| one.neighbours(i));
+            let mut smallest: Vec<Neighbours> = neighbours.flatten().collect();
+            smallest.sort_by(|a, b| a.area.total_cmp(&b.area));
+            smallest.truncate((AT_ONCE * smallest.len() as f64).ceil() as usize);
+            if smallest.is_empty() {
                 break;
             }
-            kept = charts.borders(mesh, seams, &mut groups);
+            let mut is_changed = vec![false; all.len()];
+            for Neighbours { part, small, other, .. } in smallest {
+                all[part].groups.join(small, other);
+                is_changed[part] = true;
+            }
+            all.iter_mut().zip(is_changed).filter(|(_, is)| *is).for_each(|(one, _)| one.update());
         }
-        let before = charts.areas.len();
-        let roots: Vec<u32> = (0..before as u32).map(|chart| groups.root(chart)).collect();
-        let after = roots.iter().zip(0..).filter(|&(&root, chart)| root == chart).count();
-        let merged = Self { charts: charts.of_face, seams: kept, before, after, roots };
-        (after < before).then_some(merged)
+        all.into_iter().map(Merging::finish).collect()
     }
 
     /// For each corner, the corner whose attributes guide the collapses: itself in the root of a group, and elsewhere
@@ -98,6 +112,63 @@ impl MergedCharts {
     /// Whether the faces on both sides of a half-edge are in the same group, without a seam between them.
     fn is_open(&self, mesh: &TriMesh, h: HalfEdgeId) -> bool {
         !self.seams[h.edge()] && !mesh.topology().is_boundary_edge(h.edge())
+    }
+}
+
+/// Two groups with a common border.
+struct Neighbours {
+    /// The mesh, by its place in the list.
+    part: usize,
+    /// The area of the smaller group, as it is drawn.
+    area: f64,
+    small: u32,
+    other: u32,
+}
+
+/// The charts of a mesh while they are merged.
+struct Merging<'a> {
+    part: &'a Charted<'a>,
+    charts: Charts,
+    groups: Groups,
+    /// The seams that are left.
+    kept: EdgeMap<bool>,
+    /// The number of faces that the seams need.
+    needed: usize,
+}
+
+impl<'a> Merging<'a> {
+    fn new(part: &'a Charted<'a>) -> Self {
+        let charts = Charts::new(part.mesh, part.seams);
+        let mut groups = Groups::new(charts.areas.clone());
+        let kept = part.seams.clone();
+        let needed = charts.faces_needed(part.mesh, &kept, &mut groups);
+        Self { part, charts, groups, kept, needed }
+    }
+
+    /// Each group that has neighbours, with the one that shares the longest border.
+    fn neighbours(&mut self, part: usize) -> Vec<Neighbours> {
+        let all = self.charts.neighbours(self.part.mesh, &self.kept, &mut self.groups);
+        let found = |(small, other): (u32, u32)| {
+            let area = self.part.growth * self.groups.areas[small as usize];
+            Neighbours { part, area, small, other }
+        };
+        all.into_iter().map(found).collect()
+    }
+
+    /// Drops the seams inside groups.
+    fn update(&mut self) {
+        let Charted { mesh, seams, .. } = *self.part;
+        self.kept = self.charts.borders(mesh, seams, &mut self.groups);
+        self.needed = self.charts.faces_needed(mesh, &self.kept, &mut self.groups);
+    }
+
+    fn finish(self) -> Option<MergedCharts> {
+        let Self { charts, mut groups, kept: seams, .. } = self;
+        let before = charts.areas.len();
+        let roots: Vec<u32> = (0..before as u32).map(|chart| groups.root(chart)).collect();
+        let after = roots.iter().zip(0..).filter(|&(&root, chart)| root == chart).count();
+        let merged = MergedCharts { charts: charts.of_face, seams, before, after, roots };
+        (after < before).then_some(merged)
     }
 }
 
@@ -174,8 +245,13 @@ impl Charts {
         around.into_iter().map(|nodes| nodes.saturating_sub(2)).sum()
     }
 
-    /// Merges the smallest groups. Returns whether there was one with a neighbour.
-    fn merge_smallest(&self, mesh: &TriMesh, kept: &EdgeMap<bool>, groups: &mut Groups) -> bool {
+    /// Each group that has neighbours, with the one that shares the longest border, by the number of the group.
+    fn neighbours(
+        &self,
+        mesh: &TriMesh,
+        kept: &EdgeMap<bool>,
+        groups: &mut Groups,
+    ) -> Vec<(u32, u32)> {
         // The length of the common border of each pair of neighbours, from both sides.
         let mut borders: Vec<(u32, u32, f64)> = Vec::new();
         for edge in mesh.topology().edges().filter(|&edge| kept[edge]) {
@@ -195,17 +271,10 @@ impl Charts {
             }
             is_same
         });
-        // The neighbour with the longest border, of each group that has one.
         borders
             .sort_unstable_by(|(a, b, m), (c, d, n)| a.cmp(c).then(n.total_cmp(m)).then(b.cmp(d)));
         borders.dedup_by_key(|&mut (group, ..)| group);
-        let area = |groups: &Groups, chart: u32| groups.areas[chart as usize];
-        borders.sort_by(|(a, ..), (b, ..)| area(groups, *a).total_cmp(&area(groups, *b)));
-        let count = (AT_ONCE * borders.len() as f64).ceil() as usize;
-        for &(small, neighbour, _) in &borders[..count] {
-            groups.join(small, neighbour);
-        }
-        count > 0
+        borders.into_iter().map(|(group, neighbour, _)| (group, neighbour)).collect()
     }
 }
 

@@ -51,7 +51,7 @@ pub enum LevelError {
 }
 
 /// Number of samples on each surface.
-const SAMPLES: usize = 200_000;
+pub(crate) const SAMPLES: usize = 200_000;
 
 impl LevelSteps {
     /// The limits of the collapse sequence, without the maximum error.
@@ -112,4 +112,24 @@ impl LevelSteps {
         };
         self.stages(log, source.mesh, check)?.into_iter().map(level).collect()
     }
+}
+
+/// The height of a usual screen in pixels.
+const SCREEN: f64 = 1080.0;
+
+/// For the input and each level, the share of the height of the screen that an object must cover for it to be shown:
+/// where the largest error of the next one would exceed a pixel of 1080. The last level has no lower limit. `size` is the
+/// diagonal of the object, and `errors` are the largest errors of the levels, from fine to coarse.
+#[must_use]
+pub fn shown_from(size: f64, errors: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut last = 1.0_f64;
+    let mut all: Vec<f64> = errors
+        .into_iter()
+        .map(|error| {
+            last = last.min(size / (SCREEN * error.max(f64::MIN_POSITIVE)));
+            last
+        })
+        .collect();
+    all.push(0.0);
+    all
 }

@@ -31,7 +31,7 @@ pub use file_size::{Largest, Sized, file_size, largest_within};
 pub use frame_curvature::{FrameEstimator, FrameValue, FrameValues, PointKind};
 pub use labels::{UnknownNumbers, mark_labels};
 pub use length::{Length, NoExtent, diagonal, parse_length};
-pub use levels::{LevelError, LevelOfDetail, LevelSteps};
+pub use levels::{LevelError, LevelOfDetail, LevelSteps, shown_from};
 pub use loaded::{Loaded, Source, build_with_needed_repairs, splits_vertices};
 pub use patches::{
     PatchMesh, PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model,
@@ -39,7 +39,8 @@ pub use patches::{
 pub use policy::Choices;
 pub use quantity::{Integrals, Quantity, UnknownQuantity};
 pub use scene::{
-    MeshOfScene, SceneBudget, SceneError, SceneRules, SceneTarget, SimplifiedScene, simplify_scene,
+    MeshOfLevel, MeshOfScene, SceneBudget, SceneError, SceneLevel, SceneLevels, SceneRules,
+    SceneSteps, SceneTarget, SimplifiedScene, scene_levels, simplify_scene,
 };
 pub use seams::Seams;
 pub use subdivide::{SubdivisionError, subdivide_step};

@@ -6,4 +6,5 @@ mod charts;
 mod constraint_choices;
 mod labels;
 mod scales;
+mod scene_trees;
 mod scenes;

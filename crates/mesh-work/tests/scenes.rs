@@ -8,8 +8,8 @@ use crate::built_scene::{Builder, ball, parts, rich, tube, values, without};
 use mesh_core::build::{Repair, Weld};
 use mesh_io::{Format, ReadOptions, Scene, read_from};
 use mesh_work::{
-    AttributeRules, Attributes, Choices, Loaded, SceneBudget, SceneRules, SceneTarget,
-    SimplifiedScene, simplify_scene,
+    AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneRules, SceneSteps,
+    SceneTarget, SimplifiedScene, scene_levels, simplify_scene,
 };
 use serde_json::{Value, json};
 use simplify::{Target, simplify};
@@ -297,4 +297,127 @@ fn the_division_of_faces_does_not_depend_on_chance() {
     let (_, first) = simplified(&file, &to_ratio(0.25));
     let (_, second) = simplified(&file, &to_ratio(0.25));
     assert!(first == second);
+}
+
+/// Levels of a scene of one mesh are the levels of the mesh, with the same distances.
+#[test]
+fn levels_of_a_single_mesh_are_those_of_the_mesh() {
+    let mut builder = Builder::new();
+    let tube = tube(40, 30);
+    let attributes = json!({
+        "POSITION": builder.positions(&tube.positions), "TEXCOORD_0": builder.floats(&tube.uvs),
+    });
+    let primitive =
+        json!({ "attributes": attributes, "indices": builder.indices(&tube.triangles) });
+    builder.push("meshes", json!({ "primitives": [primitive] }));
+    builder.node(json!({ "mesh": 0, "name": "tube" }));
+    let file = builder.glb();
+    let model = read_from(&mut &file[..], &ReadOptions::default()).unwrap();
+    let mut repair = Repair::strict();
+    repair.weld = Weld::Exact;
+    let loaded = Loaded::build_with_needed_repairs(model, &repair).unwrap();
+    let attributes = Attributes::find(loaded.source(), &AttributeRules::default()).unwrap();
+    let choices = Choices::default();
+    for (ratios, faces) in [(vec![0.5, 0.1], vec![]), (vec![], vec![900, 77])] {
+        let steps = LevelSteps { ratios, faces, ..LevelSteps::default() };
+        let mut options = choices.options(&loaded.mesh, steps.limits()).for_levels();
+        attributes.constrain(&loaded.mesh, &mut options);
+        let log = simplify(&loaded.mesh, &options).unwrap().log;
+        let expected = steps.levels(&log, loaded.source(), &attributes, choices.check()).unwrap();
+        let LevelSteps { ratios, faces, .. } = steps;
+        let steps = SceneSteps { ratios, faces, ..SceneSteps::default() };
+        let go_on = &mut |_: &_| ControlFlow::Continue(());
+        let made = scene_levels(&scene(&file), &steps, &SceneRules::default(), go_on).unwrap();
+        assert_eq!(made.levels.len(), expected.len());
+        for (level, expected) in made.levels.iter().zip(&expected) {
+            let mut bytes = Vec::new();
+            mesh_io::write_to(&mut bytes, &expected.model, Format::Glb, &Default::default())
+                .unwrap();
+            let mut out = Vec::new();
+            level.scene.write_to(&mut out, Format::Glb).unwrap();
+            let [a, b] = [&bytes, &out].map(|file| Found::new(file));
+            let [p, q] = [&a, &b].map(|found| found.primitive(0, 0));
+            assert_eq!(a.attribute(p, "POSITION"), b.attribute(q, "POSITION"));
+            assert_eq!(a.triangles(p), b.triangles(q));
+            assert_eq!(level.max, expected.distance.hausdorff());
+            assert!((level.rms - expected.distance.rms()).abs() <= 1e-12 * level.rms);
+        }
+    }
+}
+
+#[test]
+fn levels_carry_all_data_and_animations_drive_all_of_them() {
+    let file = rich().glb();
+    let steps = SceneSteps { ratios: vec![0.5, 0.2], ..SceneSteps::default() };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let made = scene_levels(&scene(&file), &steps, &SceneRules::default(), go_on).unwrap();
+    let names = |scene: &Scene, mesh: usize| {
+        let attributes = &scene.json()["meshes"][mesh]["primitives"][0]["attributes"];
+        attributes.as_object().unwrap().keys().cloned().collect::<BTreeSet<_>>()
+    };
+    let input = scene(&file);
+    for level in &made.levels {
+        assert_eq!(names(&level.scene, 1), names(&input, 1));
+        assert!(level.max > 0.0 && level.rms > 0.0 && level.rms < level.max);
+    }
+    let mut wide = made.coverage.clone();
+    wide.dedup();
+    assert_eq!((wide.len(), wide[2]), (3, 0.0));
+    // An animation of weights is one of all levels.
+    let mut builder = rich();
+    let arm = builder.json["nodes"].as_array().unwrap().iter().position(|n| n["name"] == "arm");
+    let target = json!({ "node": arm.unwrap(), "path": "weights" });
+    let animation = &mut builder.json["animations"][0];
+    animation["channels"].as_array_mut().unwrap().push(json!({ "sampler": 0, "target": target }));
+    let input = scene(&builder.glb());
+    let made = scene_levels(&input, &steps, &SceneRules::default(), go_on).unwrap();
+    let (together, lost) = made.together(&input).unwrap();
+    assert_eq!(lost, []);
+    let json = together.json();
+    let channels = json["animations"][0]["channels"].as_array().unwrap();
+    let driven = channels.iter().filter(|channel| channel["target"]["path"] == "weights");
+    let driven: Vec<&Value> =
+        driven.map(|c| &json["nodes"][c["target"]["node"].as_u64().unwrap() as usize]).collect();
+    assert_eq!(driven.len(), 3);
+    for node in driven {
+        let mesh = &json["meshes"][node["mesh"].as_u64().unwrap() as usize];
+        assert!(mesh["name"] == "arm" && node["skin"] == 0 && node["weights"] == json!([0.25]));
+    }
+    assert!(json["extensionsUsed"].as_array().unwrap().contains(&"MSFT_lod".into()));
+    // A scene with levels gets no others.
+    let again = scene_levels(&together, &steps, &SceneRules::default(), go_on).unwrap();
+    let error = again.together(&together).unwrap_err().to_string();
+    assert!(error.contains("MSFT_lod") && error.contains("file of its own"), "{error}");
+}
+
+/// Two spheres with the same charts, one of them ten times as large: the smallest charts are those of the small one.
+#[test]
+fn the_smallest_charts_of_all_meshes_are_merged_first() {
+    let mut builder = Builder::new();
+    let (mut positions, mut uvs, mut triangles) = (vec![], vec![], vec![]);
+    // A wavy square of which each cell is a chart.
+    let height = |i: u32, j: u32| 0.3 * (i as f32 * 0.7).sin() * (j as f32 * 0.9).cos();
+    for i in 0..16 {
+        for j in 0..16 {
+            let first = positions.len() as u32;
+            for [a, b] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
+                positions.push([(i + a) as f32, (j + b) as f32, height(i + a, j + b)]);
+                let cell = [2 * i + a, 2 * j + b].map(|k| k as f32 / 32.0);
+                uvs.push(cell);
+            }
+            triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+    }
+    for scale in [1, 10] {
+        let attributes = json!({
+            "POSITION": builder.positions(&positions), "TEXCOORD_0": builder.floats(&uvs),
+        });
+        let primitive = json!({ "attributes": attributes, "indices": builder.indices(&triangles) });
+        let mesh = builder.push("meshes", json!({ "primitives": [primitive] }));
+        builder.node(json!({ "mesh": mesh, "scale": [scale, scale, scale] }));
+    }
+    let (made, _) = simplified(&builder.glb(), &to_ratio(0.5));
+    let charts: Vec<[usize; 2]> = made.meshes.iter().filter_map(|mesh| mesh.charts).collect();
+    assert!(charts.len() == 2 && charts.iter().all(|charts| charts[0] == 256), "{charts:?}");
+    assert!(charts[0][1] < charts[1][1], "{charts:?}");
 }

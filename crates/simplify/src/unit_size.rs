@@ -9,8 +9,9 @@ use crate::simplify::Simplified;
 use crate::tolerance::measure::AchievedError;
 
 impl Metric {
-    /// The unit of the cost as a power of length.
-    fn length_exponent(self) -> i32 {
+    /// The unit of the cost as a power of length; 0 for [`Metric::Custom`], whose unit is unknown.
+    #[must_use]
+    pub fn length_exponent(self) -> i32 {
         match self {
             Self::Quadric | Self::IncrementalQuadric | Self::Memoryless | Self::Hybrid => 4,
             Self::CurvatureL1 => -1,

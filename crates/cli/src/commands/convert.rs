@@ -80,7 +80,8 @@ fn one(options: &Convert, task: &Task, given: &Given, console: &Console) -> Resu
         return passing(options, task, console);
     }
     let at = (given, console);
-    if options.merging.keeps_scene(task, loading, &options.job.save, &NEEDING_ONE, at)? {
+    let written = task.written(&options.job.save);
+    if options.merging.keeps_scene(&task.input, written, loading, &NEEDING_ONE, at)? {
         let scene = Seconds::time(&mut seconds.load, || loading.scene(&task.input, console))?;
         task.save_scene(&scene, &options.job.save, &mut seconds, console)?;
         let counts = scene.counts().map(|count| count as usize);

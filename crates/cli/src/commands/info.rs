@@ -7,7 +7,7 @@ use mesh_core::PolygonSoup;
 use mesh_core::build::{BuildError, Repair};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use mesh_core::measure::SoupMeasures;
-use mesh_io::Format;
+use mesh_io::{Format, Model};
 use out_of_core::Statistics;
 use serde::Serialize;
 
@@ -93,15 +93,20 @@ fn one(options: &Info, task: &Task, console: &Console) -> Result<Done, Failure> 
         let results = results(&statistics.measures, &statistics.diagnosis);
         return report(task, &statistics.diagnosis, results, seconds, console);
     }
-    let soup = Seconds::time(&mut seconds.load, || subject(&options.loading, input, console))?;
+    let is_gltf = matches!(options.loading.format(input)?, Some(Format::Gltf | Format::Glb));
+    let is_scene = is_gltf && !is_standard(input);
+    let soup = Seconds::time(&mut seconds.load, || {
+        let model = if is_scene {
+            options.loading.read_beside_scene(input, console)
+        } else {
+            options.loading.read(input, console)
+        };
+        subject(&options.loading, input, model?, console)
+    })?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
         .map_err(|source| rejected(input, source))?;
-    let scene = match options.loading.format(input)? {
-        Some(Format::Gltf | Format::Glb) if !is_standard(input) => {
-            Some(SceneTree::of(&options.loading.scene(input, console)?))
-        }
-        _ => None,
-    };
+    let scene = is_scene.then(|| options.loading.scene(input, console)).transpose()?;
+    let scene = scene.as_ref().map(SceneTree::of);
     let results = Results { scene, ..results(&soup.measure(), &diagnosis) };
     report(task, &diagnosis, results, seconds, console)
 }
@@ -139,8 +144,12 @@ fn rejected(input: &Path, source: BuildError) -> Failure {
 }
 
 /// The file as it is or welded, or the mesh that repairs make of it.
-fn subject(loading: &Loading, input: &Path, console: &Console) -> Result<PolygonSoup, Failure> {
-    let model = loading.read(input, console)?;
+fn subject(
+    loading: &Loading,
+    input: &Path,
+    model: Model,
+    console: &Console,
+) -> Result<PolygonSoup, Failure> {
     let repair = loading.repairs(&model)?;
     let mut only_weld = Repair::strict();
     only_weld.weld = repair.weld;

@@ -1,12 +1,15 @@
 //! Scenes through the simplification: each mesh once, with all data of its vertices.
 //!
-//! Layers, lowest first: `transfer`, the data of new vertices; `budget`, which divides the faces among the meshes;
-//! `simplify`.
+//! Layers, lowest first: `rules`, options and errors; `transfer`, the data of new vertices; `budget`, which divides the
+//! faces among the meshes; `parts`, the meshes ready for the simplification; `simplify`, and `levels` of detail.
 
 mod budget;
+mod levels;
+mod parts;
+mod rules;
 mod simplify;
 mod transfer;
 
-pub use simplify::{
-    MeshOfScene, SceneBudget, SceneError, SceneRules, SceneTarget, SimplifiedScene, simplify_scene,
-};
+pub use levels::{MeshOfLevel, SceneLevel, SceneLevels, SceneSteps, scene_levels};
+pub use rules::{SceneBudget, SceneError, SceneRules, SceneTarget};
+pub use simplify::{MeshOfScene, SimplifiedScene, simplify_scene};

@@ -2,85 +2,20 @@
 
 use std::ops::ControlFlow;
 
-use glam::DVec3;
 use mesh_core::Topology;
-use mesh_core::build::{BuildError, BuildReport, Repair};
-use mesh_io::{
-    Format, Lost, ModelError, NewMesh, ReadError, Scene, SceneDraw, SceneMesh, ScenePrimitive,
-    WriteError,
-};
-use mesh_metric::{CompareOptions, Surface, SurfaceError, compare};
+use mesh_core::build::BuildReport;
+use mesh_io::{Lost, NewMesh, Scene};
+use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::{
-    AchievedError, Options, Preset, Progress, Shortfall, Simplified, SimplifyError, StopReason,
-    Target, simplify_observed,
+    AchievedError, Progress, Shortfall, Simplified, StopReason, Target, simplify_observed,
 };
 
-use super::budget::{Curve, split};
-use super::transfer::transfer;
-use crate::attributes::{AttributeRules, Attributes};
-use crate::length::{Length, NoExtent, diagonal};
-use crate::loaded::{Loaded, splits_vertices};
+use super::budget::{Collapses, split};
+use super::parts::{Part, in_units, parts};
+use super::rules::{SceneBudget, SceneError, SceneRules, SceneTarget};
+use crate::attributes::Attributes;
+use crate::charts::MergedCharts;
 use crate::policy::Choices;
-
-/// How a scene is simplified.
-#[derive(Clone, Debug)]
-pub struct SceneRules {
-    /// When to stop.
-    pub target: SceneTarget,
-    /// What shares a number of faces.
-    pub budget: SceneBudget,
-    /// How each mesh is simplified.
-    pub choices: Choices,
-    /// How attributes are weighted and transferred.
-    pub attributes: AttributeRules,
-    /// Whether all borders of texture charts, materials and primitives stay, even if the shape suffers.
-    pub keep_seams: bool,
-    /// The repairs of the meshes. Vertices at equal positions are welded unless a weld is given.
-    pub repair: Repair,
-    /// Whether repairs that a mesh needs are made besides.
-    pub needed_repairs: bool,
-    /// Whether vertices that the format splits are joined.
-    pub join: bool,
-}
-
-impl Default for SceneRules {
-    fn default() -> Self {
-        Self {
-            target: SceneTarget::default(),
-            budget: SceneBudget::default(),
-            choices: Choices::default(),
-            attributes: AttributeRules::default(),
-            keep_seams: false,
-            repair: Repair::strict(),
-            needed_repairs: true,
-            join: true,
-        }
-    }
-}
-
-/// The targets of the simplification of a scene. It stops at the first target that is reached.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SceneTarget {
-    /// The number of faces that are drawn. A mesh that is drawn twice counts twice.
-    pub faces: Option<usize>,
-    /// The share of the faces.
-    pub ratio: Option<f64>,
-    /// The largest distance from the input, in units of the scene. A percentage is a share of the diagonal of the
-    /// bounding box of the scene.
-    pub max_error: Option<Length>,
-    /// Whether a plain distance is a share of the diagonal as well.
-    pub relative: bool,
-}
-
-/// What shares a number of faces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SceneBudget {
-    /// The scene: the squared distance from the input, over all surfaces as they are drawn, is least.
-    #[default]
-    Scene,
-    /// Each mesh by itself: the target is for every mesh.
-    Mesh,
-}
 
 /// A simplified scene.
 #[derive(Clone, Debug)]
@@ -129,74 +64,19 @@ pub struct MeshOfScene {
     pub removed: Vec<usize>,
 }
 
-/// Why a scene cannot be simplified.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum SceneError {
-    /// The data of a mesh cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A mesh cannot be built.
-    #[error("mesh {mesh}: {source}")]
-    Build {
-        /// The mesh.
-        mesh: usize,
-        /// The defect.
-        source: Box<BuildError>,
-    },
-    /// A mesh cannot be simplified as asked.
-    #[error("mesh {mesh}: {source}")]
-    Simplify {
-        /// The mesh.
-        mesh: usize,
-        /// The reason.
-        source: SimplifyError,
-    },
-    /// The error of a mesh cannot be measured.
-    #[error(transparent)]
-    Surface(#[from] SurfaceError),
-    /// The data of a mesh are inconsistent.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The result does not fit into the scene.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// A length is relative to a scene without extent.
-    #[error(transparent)]
-    NoExtent(#[from] NoExtent),
-}
-
-/// A mesh of the scene, ready for the simplification.
-struct Part {
-    mesh: usize,
-    primitives: Vec<ScenePrimitive>,
-    loaded: Loaded,
-    attributes: Attributes,
-    times: usize,
-    scale: f64,
-    name: Option<String>,
-}
-
-/// A mesh keeps at least this many faces, so that it does not vanish.
-const LEAST_FACES: usize = 4;
-/// The share of its part of an equal division that a mesh keeps whose vertices have data that the measured error does
-/// not show: colours, skins, morph targets, numbers.
-const LEAST_SHARE: f64 = 0.5;
-/// Numbers of faces at which the error is measured are this factor apart.
-const STEP: f64 = 0.6;
-/// Samples of a face and the most samples, for the division of the faces and for the report.
-const FEW_SAMPLES: [usize; 2] = [1, 2_000];
-const SAMPLES: [usize; 2] = [5, 20_000];
-/// The fewest samples.
-const LEAST_SAMPLES: usize = 500;
+/// Samples of a face, and the fewest and the most samples of a mesh.
+const SAMPLES_OF_FACE: usize = 5;
+const SAMPLES: [usize; 2] = [500, 20_000];
 
 /// Simplifies every mesh of a scene once, for the largest scale at which it is drawn. All data of vertices are carried
 /// over: sets of texture coordinates, colours, normals, tangents, joints and weights, morph targets, custom attributes.
 /// Primitives of a mesh are simplified together, so that borders between them stay closed. Primitives of points or
 /// lines stay as they are.
 ///
-/// With [`SceneBudget::Scene`], the drawn faces are divided so that the squared distance from the input, measured on a
-/// quick simplification and summed over all drawn surfaces, is least. A mesh that the default scene does not draw has its own budget, with the same ratio.
+/// With [`SceneBudget::Scene`], the drawn faces are divided so that the next collapse of each mesh costs about the same in
+/// units of the scene, as if one queue had the collapses of all meshes. The costs are those of a first run for each mesh,
+/// without refinement. The smallest charts of all meshes are merged first. A mesh that the default scene does not draw
+/// has its own budget, with the same ratio.
 /// A single mesh gives the same geometry as [`simplify_observed`] with the same options.
 ///
 /// # Errors
@@ -207,22 +87,12 @@ pub fn simplify_scene(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<SimplifiedScene, SceneError> {
     let parts = parts(scene, rules)?;
-    let max_error = match rules.target.max_error {
-        Some(length) => {
-            let of_box =
-                || diagonal(scene_diagonal(&scene.draws()?, &parts)).map_err(SceneError::from);
-            Some(match length {
-                Length::Plain(length) if !rules.target.relative => length,
-                Length::Plain(share) => share * of_box()?,
-                Length::Percent(share) => share / 100.0 * of_box()?,
-            })
-        }
-        None => None,
-    };
-    let targets = targets(&parts, rules)?;
+    let SceneTarget { max_error, relative, .. } = rules.target;
+    let max_error = max_error.map(|length| in_units(length, relative, &parts)).transpose()?;
+    let shares = shares(&parts, rules)?;
     let (mut new, mut meshes) = (Vec::new(), Vec::new());
-    for (part, target) in parts.iter().zip(targets) {
-        let (mesh, report) = part.simplified(rules, target, max_error, observe)?;
+    for (part, share) in parts.iter().zip(&shares) {
+        let (mesh, report) = part.simplified(rules, share, max_error, observe)?;
         new.push(mesh);
         meshes.push(report);
     }
@@ -230,202 +100,130 @@ pub fn simplify_scene(
     Ok(SimplifiedScene { scene, meshes, lost })
 }
 
-fn parts(scene: &Scene, rules: &SceneRules) -> Result<Vec<Part>, SceneError> {
-    let draws = scene.draws()?;
-    let nodes: Vec<_> = scene.nodes().collect();
-    let all: Vec<usize> = (0..scene.mesh_count()).collect();
-    let mut parts = Vec::new();
-    for (mesh, content) in scene.meshes(&all)?.into_iter().enumerate() {
-        let Some(SceneMesh { model, primitives }) = content else { continue };
-        let own = || draws.iter().filter(|draw| draw.mesh == mesh);
-        let scale = own().map(SceneDraw::scale).fold(0.0, f64::max);
-        let of_node = || own().find_map(|draw| nodes.get(draw.node)?.name.clone());
-        let name = scene.mesh_name(mesh).map(str::to_owned).or_else(of_node);
-        let mut repair = rules.repair;
-        if rules.join && splits_vertices(&model, Some(Format::Gltf)) {
-            repair.weld = mesh_core::build::Weld::Exact;
-        }
-        let loaded = if rules.needed_repairs {
-            Loaded::build_with_needed_repairs(model, &repair)
-        } else {
-            Loaded::build(model, &repair)
-        };
-        let loaded =
-            loaded.map_err(|source| SceneError::Build { mesh, source: Box::new(source) })?;
-        if loaded.mesh.topology().face_count() == 0 {
-            continue;
-        }
-        let attributes = Attributes::find(loaded.source(), &rules.attributes)
-            .map_err(|source| SceneError::Simplify { mesh, source })?;
-        parts.push(Part {
-            mesh,
-            primitives,
-            loaded,
-            attributes,
-            times: own().map(|draw| draw.times).sum(),
-            // A mesh that is drawn flat, or not at all, is measured as it is.
-            scale: if scale > 0.0 && scale.is_finite() { scale } else { 1.0 },
-            name,
-        });
-    }
-    Ok(parts)
+/// The share of a mesh in the targets.
+struct Share {
+    target: Target,
+    /// The attributes, if charts were merged.
+    merged: Option<Attributes>,
 }
 
-/// The diagonal of the bounding box of the drawn meshes; `None` if nothing is drawn.
-fn scene_diagonal(draws: &[SceneDraw], parts: &[Part]) -> Option<f64> {
-    let mut bounds: Option<[DVec3; 2]> = None;
-    for draw in draws {
-        let Some(part) = parts.iter().find(|part| part.mesh == draw.mesh) else { continue };
-        // The joints of a skin place a mesh where the first one does, up to the pose.
-        for transform in draw.transforms.iter().take(draw.times) {
-            for &position in part.loaded.mesh.positions() {
-                let at = transform.transform_point3(position);
-                let [low, high] = bounds.get_or_insert([at; 2]);
-                (*low, *high) = (low.min(at), high.max(at));
-            }
-        }
-    }
-    bounds.map(|[low, high]| (high - low).length())
-}
-
-/// The target of each mesh.
-fn targets(parts: &[Part], rules: &SceneRules) -> Result<Vec<Target>, SceneError> {
+/// The share of each mesh.
+fn shares(parts: &[Part], rules: &SceneRules) -> Result<Vec<Share>, SceneError> {
     let SceneTarget { faces, ratio, .. } = rules.target;
     let whole = Target { faces, ratio, ..Target::default() };
+    let alone = |part: &Part, target: Target| {
+        let merge = || part.attributes.merge_charts(&part.loaded.mesh, &target);
+        Share { target, merged: (!rules.keep_seams).then(merge).flatten() }
+    };
     let drawn: Vec<&Part> = parts.iter().filter(|part| part.times > 0).collect();
     let total: usize = drawn.iter().map(|part| part.times * part.faces()).sum();
     if (faces.is_none() && ratio.is_none()) || rules.budget == SceneBudget::Mesh {
-        return Ok(vec![whole; parts.len()]);
+        return Ok(parts.iter().map(|part| alone(part, whole)).collect());
     }
     let budget = whole.face_target(total);
-    let share = budget as f64 / total.max(1) as f64;
-    let undrawn = Target { ratio: Some(share.min(1.0)), ..Target::default() };
-    let counts = match drawn.as_slice() {
+    let ratio_of_all = budget as f64 / total.max(1) as f64;
+    let mut of_drawn = match drawn.as_slice() {
         [] => Vec::new(),
         // The share is rounded as for a single mesh.
         [one] => {
             let faces = faces.map(|faces| faces / one.times);
-            let target = Target { faces, ratio, ..Target::default() };
-            return Ok(parts
-                .iter()
-                .map(|part| if part.times > 0 { target } else { undrawn })
-                .collect());
+            vec![alone(one, Target { faces, ratio, ..Target::default() })]
         }
-        several => {
-            let curves = several.iter().map(|part| part.curve(rules, share));
-            split(&curves.collect::<Result<Vec<_>, _>>()?, budget)
-        }
+        several => together(several, rules, budget, ratio_of_all)?,
+    }
+    .into_iter();
+    let undrawn = Target { ratio: Some(ratio_of_all.min(1.0)), ..Target::default() };
+    let share = |part: &Part| {
+        let of_drawn = if part.times > 0 { of_drawn.next() } else { None };
+        of_drawn.unwrap_or_else(|| alone(part, undrawn))
     };
-    let mut counts = counts.into_iter();
-    let target = |part: &Part| {
-        if part.times == 0 {
-            return undrawn;
+    Ok(parts.iter().map(share).collect())
+}
+
+/// The shares of several drawn meshes in a number of faces.
+fn together(
+    parts: &[&Part],
+    rules: &SceneRules,
+    budget: usize,
+    ratio: f64,
+) -> Result<Vec<Share>, SceneError> {
+    let merged = if rules.keep_seams { vec![None; parts.len()] } else { merged(parts, budget) };
+    let all = parts.iter().zip(&merged).map(|(part, merged)| {
+        part.first_collapses(rules, merged.as_ref().unwrap_or(&part.attributes), ratio)
+    });
+    let all = all.collect::<Result<Vec<_>, _>>()?;
+    let shares =
+        split(&all, budget).into_iter().zip(merged).zip(parts).map(|((faces, merged), part)| {
+            let target = Target { faces: Some(faces), ..Target::default() };
+            // A mesh with few faces may have no room for charts that have room in the scene.
+            let own =
+                merged.is_some().then(|| part.attributes.merge_charts(&part.loaded.mesh, &target));
+            let charts = |one: &Attributes| one.merged().map(|[_, after]| after);
+            Share { target, merged: merged.into_iter().chain(own.flatten()).min_by_key(charts) }
+        });
+    Ok(shares.collect())
+}
+
+/// For each mesh, the attributes with merged charts if the charts of all meshes have no room in a number of faces.
+fn merged(parts: &[&Part], faces: usize) -> Vec<Option<Attributes>> {
+    let (mut places, mut charted) = (Vec::new(), Vec::new());
+    for (place, part) in parts.iter().enumerate() {
+        let (mesh, growth) = (&part.loaded.mesh, part.scale * part.scale);
+        if let Some(charts) = part.attributes.charted(mesh, part.times, growth) {
+            places.push(place);
+            charted.push(charts);
         }
-        Target { faces: counts.next(), ..Target::default() }
-    };
-    Ok(parts.iter().map(target).collect())
+    }
+    let mut all = vec![None; parts.len()];
+    for (place, merged) in places.into_iter().zip(MergedCharts::make_room(&charted, faces)) {
+        let part = parts[place];
+        all[place] = merged.map(|merged| part.attributes.with_merged(&part.loaded.mesh, merged));
+    }
+    all
 }
 
 impl Part {
-    fn faces(&self) -> usize {
-        self.loaded.mesh.topology().face_count()
-    }
-
-    fn error(&self, source: SimplifyError) -> SceneError {
-        SceneError::Simplify { mesh: self.mesh, source }
-    }
-
-    fn sampling(&self, [of_face, most]: [usize; 2]) -> CompareOptions {
-        let samples = (of_face * self.faces()).clamp(LEAST_SAMPLES, most);
-        CompareOptions { samples, ..CompareOptions::default() }
-    }
-
-    /// The squared distance, summed over the surface, at falling numbers of faces, from a quick simplification, at the
-    /// scale of the scene.
-    fn curve(&self, rules: &SceneRules, share: f64) -> Result<Curve, SceneError> {
-        let (mesh, faces) = (&self.loaded.mesh, self.faces());
-        let equal = share * faces as f64;
-        let least = if self.has_more_data() { LEAST_SHARE * equal } else { 0.0 };
-        let least = (least as usize).max(LEAST_FACES).min(faces);
-        let quick = Choices { preset: Preset::Fast, ..rules.choices };
-        let quick = Choices { verify: false, anneal_time: None, placement: None, ..quick };
+    /// The collapses of a run without refinement, with costs at the scale of the scene.
+    fn first_collapses(
+        &self,
+        rules: &SceneRules,
+        attributes: &Attributes,
+        ratio: f64,
+    ) -> Result<Collapses, SceneError> {
+        let mesh = &self.loaded.mesh;
+        let least = self.least(ratio);
         let target = Target { faces: Some(least), ..Target::default() };
-        let (mut options, _) = self.options(&quick, target, rules.keep_seams, equal as usize);
-        options = options.for_levels();
+        let choices = Choices { verify: false, ..rules.choices };
+        let mut options = choices.options(mesh, target).for_levels();
+        attributes.constrain(mesh, &mut options);
         let run = simplify_observed(mesh, &options, &mut |_| ControlFlow::Continue(()))
             .map_err(|source| self.error(source))?;
-        let original = Surface::new(mesh)?;
-        let sampling = self.sampling(FEW_SAMPLES);
-        let area = mesh.area();
-        let mut points = vec![(faces, 0.0)];
-        let last = run.mesh.topology().face_count();
-        let mut wanted = faces as f64;
-        while points.last().is_some_and(|&(count, _)| count > last) {
-            wanted *= STEP;
-            let stage = run.log.count_for_faces((wanted as usize).max(last));
-            let (level, _) = run.log.level(mesh, stage).map_err(|e| self.error(e.into()))?;
-            let count = level.topology().face_count();
-            if points.last().is_some_and(|&(before, _)| count >= before) {
-                continue;
-            }
-            let distance = compare(&original, &Surface::new(&level)?, &sampling);
-            // Areas grow with the square of the scale, and squared distances as well.
-            let squared = (self.scale * self.scale * distance.rms()).powi(2);
-            points.push((count, area * squared));
-        }
-        Ok(Curve { times: self.times, points, least })
-    }
-
-    /// Whether the vertices have data besides positions, normals and texture coordinates.
-    fn has_more_data(&self) -> bool {
-        const SHOWN: [&str; 3] = ["POSITION", "NORMAL", "TANGENT"];
-        self.primitives.iter().any(|primitive| {
-            let names = primitive.attributes.iter().map(|data| data.name.as_str());
-            let hidden = |name: &str| !SHOWN.contains(&name) && !name.starts_with("TEXCOORD_");
-            !primitive.targets.is_empty() || names.into_iter().any(hidden)
-        })
-    }
-
-    /// The options of a run, and the attributes with charts merged as the wanted faces require it.
-    fn options(
-        &self,
-        choices: &Choices,
-        target: Target,
-        keep_seams: bool,
-        for_charts: usize,
-    ) -> (Options, Option<Attributes>) {
-        let mesh = &self.loaded.mesh;
-        let mut options = choices.options(mesh, target);
-        let charts =
-            if for_charts == 0 { target } else { Target { faces: Some(for_charts), ..target } };
-        let merged = (!keep_seams).then(|| self.attributes.merge_charts(mesh, &charts)).flatten();
-        merged.as_ref().unwrap_or(&self.attributes).constrain(mesh, &mut options);
-        (options, merged)
+        let left = run.mesh.topology().face_count();
+        let all = self.collapses(&run.log, options.cost.metric, left);
+        Ok(Collapses { least, ..all })
     }
 
     fn simplified(
         &self,
         rules: &SceneRules,
-        target: Target,
+        share: &Share,
         max_error: Option<f64>,
         observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<(NewMesh, MeshOfScene), SceneError> {
         let mesh = &self.loaded.mesh;
-        let (mut options, merged) = self.options(&rules.choices, target, rules.keep_seams, 0);
+        let attributes = share.merged.as_ref().unwrap_or(&self.attributes);
+        let mut options = rules.choices.options(mesh, share.target);
+        attributes.constrain(mesh, &mut options);
         if let Some(error) = max_error {
             options = options.within(error / self.scale, rules.choices.check());
         }
         let result =
             simplify_observed(mesh, &options, observe).map_err(|source| self.error(source))?;
-        let attributes = merged.as_ref().unwrap_or(&self.attributes);
-        let source = self.loaded.source();
-        let sources = attributes.sources(source, &result.mesh, &result.vertex_map);
-        let carried = attributes.carry_from(source, &result.mesh, &sources)?;
-        let primitives = transfer(source.model, &self.primitives, &result.mesh, &sources, &carried);
-        let removed = primitives.iter().filter(|p| p.triangles.is_empty()).map(|p| p.index);
-        let mut report = self.report(&result, attributes.merged())?;
-        report.removed = removed.collect();
-        Ok((NewMesh { mesh: self.mesh, primitives }, report))
+        let new = self.replacement(attributes, &result.mesh, &result.vertex_map)?;
+        let removed = new.primitives.iter().filter(|p| p.triangles.is_empty()).map(|p| p.index);
+        let removed = removed.collect();
+        let report = self.report(&result, attributes.merged())?;
+        Ok((new, MeshOfScene { removed, ..report }))
     }
 
     fn report(
@@ -434,7 +232,9 @@ impl Part {
         charts: Option<[usize; 2]>,
     ) -> Result<MeshOfScene, SceneError> {
         let (before, after) = (self.loaded.mesh.topology(), result.mesh.topology());
-        let sampling = self.sampling(SAMPLES);
+        let [fewest, most] = SAMPLES;
+        let samples = (SAMPLES_OF_FACE * self.faces()).clamp(fewest, most);
+        let sampling = CompareOptions { samples, ..CompareOptions::default() };
         let [from, to] = [&self.loaded.mesh, &result.mesh].map(Surface::new);
         let distance = compare(&from?, &to?, &sampling);
         let bound = result.error.map(|error| AchievedError {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use mesh_core::TriMesh;
-use mesh_work::{Length, LevelSteps, parse_length};
+use mesh_work::{Length, LevelSteps, SceneSteps, parse_length};
 
 use crate::carry::Carry;
 use crate::console::Console;
@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::Large;
 use crate::save::SaveOptions;
+use crate::scene::Scenes;
 use crate::simplify_options::{NOT_FITTED, OF_FITS, Policy, parse_elements, parse_ratio};
 use crate::task::Source;
 use crate::view::Look;
@@ -22,7 +23,7 @@ use crate::view::Look;
 /// results of `simplify` are.
 ///
 /// OUT is a folder for one file per level, or a GLB or glTF file for all levels, with the input as the finest one
-/// (`MSFT_lod`). Without --levels, --faces or --errors, the levels have 50 %, 25 %, 10 % and 5 % of the faces.
+/// (`MSFT_lod`). A glTF scene whose levels are glTF or GLB stays a scene in each level. Without --levels, --faces or --errors, the levels have 50 %, 25 %, 10 % and 5 % of the faces.
 ///
 /// The collapses can be recorded, and levels made from the record later; they are exactly the same.
 ///
@@ -59,6 +60,8 @@ pub(crate) struct Lod {
     pub(crate) save: SaveOptions,
     #[command(flatten)]
     pub(crate) look: Look,
+    #[command(flatten)]
+    pub(crate) scenes: Scenes,
     #[command(flatten)]
     pub(crate) large: Large,
     /// Resume an interrupted run with --memory
@@ -162,6 +165,12 @@ impl Steps {
     /// The number of levels.
     pub(crate) fn count(&self) -> usize {
         self.levels.len() + self.faces.len() + self.errors.len()
+    }
+
+    /// The levels of a scene.
+    pub(crate) fn of_scene(&self, relative: bool) -> SceneSteps {
+        let Self { levels, faces, errors } = self.clone();
+        SceneSteps { ratios: levels, faces, errors, relative }
     }
 
     /// The levels of a mesh, lengths in its units.

@@ -3,24 +3,23 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use mesh_core::TriMesh;
 use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::{Exhibit, Page, Section};
-use mesh_work::{Attributes, LevelError, LevelOfDetail, LevelSteps, Loaded};
+use mesh_work::{Attributes, LevelError, LevelOfDetail, LevelSteps, Loaded, shown_from};
 use serde::Serialize;
 use simplify::{CollapseLog, Options, simplify_observed};
 
 use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
+use crate::commands::lod::place::Place;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::given::Given;
-use crate::large::is_folder;
 use crate::load::{Loading, Seconds};
-use crate::save::{Outputs, check_target, make_folder_of, paths_of_levels, save};
+use crate::save::{Outputs, make_folder_of, save};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{rejected, settings, show};
 use crate::task::{Report, Source};
@@ -56,8 +55,7 @@ struct Level {
     max: f64,
 }
 
-pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
-    options.check_given(&session.given)?;
+pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
     // Checks the outputs before anything is read.
     Place::new(options, options.steps.or_quiet_default(None).count(), &session.given)?;
     let console = &*session.console.beside(Some(&options.output))?;
@@ -79,7 +77,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     .map_err(failed)?;
     spinner.finish_and_clear();
     Seconds::time(&mut seconds.save, || {
-        place.write(&loaded, &mut levels, &models, &log, options, console)
+        write(&place, &loaded, &mut levels, &models, &log, options, console)
     })?;
     let results = Results { run, collapses: log.len(), rejected, levels };
     let report =
@@ -106,7 +104,7 @@ fn page(
     let names: Vec<String> = std::iter::once("input".to_owned()).chain(names).collect();
     let mut exhibits = Vec::new();
     let all = names.iter().zip([&identity].into_iter().chain(models));
-    for ((name, model), coverage) in all.zip(shown_from(loaded, levels)) {
+    for ((name, model), coverage) in all.zip(shown(loaded, levels)) {
         let mut exhibit = view::content(name, input, model, loading)?;
         let distance = view::distance_field(&exhibit, &original);
         exhibit.fields.retain(|field| field.name != distance.name);
@@ -201,107 +199,49 @@ fn told(levels: Vec<LevelOfDetail>) -> (Vec<Level>, Vec<Model>) {
     levels.into_iter().map(tell).unzip()
 }
 
-/// The files of the levels.
-enum Place {
-    /// All into one file.
-    Together(PathBuf),
-    /// Each level in its own file.
-    Apart(Vec<PathBuf>),
-}
-
-impl Place {
-    fn new(options: &Lod, count: usize, given: &Given) -> Result<Self, Failure> {
-        let output = &options.output;
-        if is_standard(output) {
-            check_target(output, &options.save, given)?;
-            if count > 1 {
-                let message = "the standard output takes one level; name one, or a folder";
-                return Err(Failure::usage(message));
-            }
-            return Ok(Self::Apart(vec![output.clone()]));
+/// Writes the levels and the record. All of them are complete before the first is moved to its place.
+fn write(
+    place: &Place,
+    loaded: &Loaded,
+    levels: &mut [Level],
+    models: &[Model],
+    log: &CollapseLog,
+    options: &Lod,
+    console: &Console,
+) -> Result<(), Failure> {
+    let (all, coverage);
+    let mut outputs = Outputs::default();
+    match place {
+        Place::Together(path) => {
+            let identity =
+                loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
+            all = [&identity].into_iter().chain(models).cloned().collect::<Vec<Model>>();
+            coverage = shown(loaded, levels);
+            outputs.add_levels(path, &all, &coverage, &options.save);
         }
-        let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
-        let holds_all = matches!(extension.as_deref(), Some("glb" | "gltf"));
-        if holds_all {
-            check_target(output, &options.save, given)?;
-        }
-        if holds_all && !(count == 1 && options.replay.is_some()) {
-            return Ok(Self::Together(output.clone()));
-        }
-        if !is_folder(output, &options.save, count) {
-            check_target(output, &options.save, given)?;
-            if count > 1 {
-                return Err(Failure::Usage(format!(
-                    "{}: one file for several levels must be GLB or glTF; name one, or a folder",
-                    output.display()
-                )));
-            }
-            return Ok(Self::Apart(vec![output.clone()]));
-        }
-        let input = &options.source.input;
-        let own = input.extension().unwrap_or_default().to_string_lossy();
-        let paths = paths_of_levels(input, output, count, &options.save, &own);
-        paths.iter().try_for_each(|path| check_target(path, &options.save, given))?;
-        Ok(Self::Apart(paths))
-    }
-
-    /// Writes the levels and the record. All of them are complete before the first is moved to its place.
-    fn write(
-        &self,
-        loaded: &Loaded,
-        levels: &mut [Level],
-        models: &[Model],
-        log: &CollapseLog,
-        options: &Lod,
-        console: &Console,
-    ) -> Result<(), Failure> {
-        let (all, coverage);
-        let mut outputs = Outputs::default();
-        match self {
-            Self::Together(path) => {
-                let identity =
-                    loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
-                all = [&identity].into_iter().chain(models).cloned().collect::<Vec<Model>>();
-                coverage = shown_from(loaded, levels);
-                outputs.add_levels(path, &all, &coverage, &options.save);
-            }
-            Self::Apart(paths) => {
-                for ((path, model), level) in paths.iter().zip(models).zip(levels) {
-                    if is_standard(path) {
-                        save(path, model, &options.save, console)?;
-                    } else {
-                        make_folder_of(path)?;
-                        outputs.add_model(path, model, &options.save);
-                    }
-                    level.output = Some(path.display().to_string());
+        Place::Apart(paths) => {
+            for ((path, model), level) in paths.iter().zip(models).zip(levels) {
+                if is_standard(path) {
+                    save(path, model, &options.save, console)?;
+                } else {
+                    make_folder_of(path)?;
+                    outputs.add_model(path, model, &options.save);
                 }
+                level.output = Some(path.display().to_string());
             }
         }
-        if let Some(path) = &options.record {
-            let content = |writer: &mut dyn Write| log.write(&loaded.mesh, writer);
-            outputs.add(path, move || mesh_io::stage_file(path, content));
-        }
-        outputs.write(console)
     }
+    if let Some(path) = &options.record {
+        let content = |writer: &mut dyn Write| log.write(&loaded.mesh, writer);
+        outputs.add(path, move || mesh_io::stage_file(path, content));
+    }
+    outputs.write(console)
 }
 
-/// The height of a usual screen in pixels.
-const SCREEN: f64 = 1080.0;
-
-/// For the input and each level, the share of the screen that the object must cover for it to be shown: where the
-/// largest error of the next one would exceed a pixel. The last level has no lower limit.
-fn shown_from(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
+/// For the input and each level, the share of the screen down to which it is shown.
+fn shown(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
     let size = loaded.mesh.bounding_box().map_or(0.0, |b| b.diagonal());
-    let mut last = 1.0_f64;
-    let mut all: Vec<f64> = levels
-        .iter()
-        .map(|level| {
-            last = last.min(size / (SCREEN * level.max.max(f64::MIN_POSITIVE)));
-            last
-        })
-        .collect();
-    all.push(0.0);
-    all
+    shown_from(size, levels.iter().map(|level| level.max))
 }
 
 fn summary(report: &Report<Results>) -> String {

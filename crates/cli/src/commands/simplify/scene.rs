@@ -1,8 +1,5 @@
 //! `curvmesh simplify` of a scene: each mesh once, and everything else as it is.
 
-use std::collections::BTreeMap;
-
-use mesh_io::Lost;
 use mesh_work::{Choices, MeshOfScene, SceneRules, SimplifiedScene, simplify_scene};
 use serde::Serialize;
 use simplify::{AchievedError, Options, Target};
@@ -11,7 +8,8 @@ use crate::commands::simplify::options::Simplify;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::load::{Seconds, needed};
+use crate::load::Seconds;
+use crate::scene::{lost_normals, lost_primitive, tell_lost, tell_repairs, title};
 use crate::simplify_options::{cause, settings, show};
 use crate::task::{Done, Report, Task};
 use crate::text::printable;
@@ -79,7 +77,8 @@ pub(super) fn is_kept(
         return Ok(false);
     }
     let merging = options.scenes.merging;
-    merging.keeps_scene(task, &job.loading, &job.save, &NEEDING_ONE, (given, console))
+    let written = task.written(&job.save);
+    merging.keeps_scene(&task.input, written, &job.loading, &NEEDING_ONE, (given, console))
 }
 
 pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
@@ -117,25 +116,14 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
 /// Reports repairs, unreached targets and losses.
 fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
     let name = printable(task.input.display());
-    let mut repairs = BTreeMap::new();
-    for (what, count) in made.meshes.iter().flat_map(|mesh| mesh.repairs.repairs()) {
-        *repairs.entry(what).or_insert(0) += count;
-    }
-    if !repairs.is_empty() {
-        console.repaired(&name, repairs.clone().into_iter());
-        console.message(format_args!("{name}: {}", needed(repairs.into_iter())));
-    }
+    tell_repairs(&name, made.meshes.iter().map(|mesh| &mesh.repairs), console);
     let mut lost = made.lost.clone();
-    let flat = made.meshes.iter().filter(|mesh| mesh.is_flat_shaded).count() as u64;
-    if flat > 0 {
-        let why = "every face has a normal of its own, and a mesh without normals looks the same";
-        lost.push(Lost::some("normals of flat-shaded meshes", flat, why));
-    }
+    let flat = made.meshes.iter().filter(|mesh| mesh.is_flat_shaded).count();
+    lost.extend(lost_normals(flat));
     for mesh in &made.meshes {
         let title = title(mesh.name.as_deref(), mesh.mesh);
         for primitive in &mesh.removed {
-            let what = format!("{title}: primitive {primitive}");
-            lost.push(Lost::new(what, "it has no face at this target; ask for more faces"));
+            lost.push(lost_primitive(&title, *primitive));
         }
         if let Some([before, after]) = mesh.charts {
             console.message(format_args!(
@@ -158,15 +146,7 @@ fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
             ));
         }
     }
-    for lost in &lost {
-        console.message(format_args!("{name}: lost {lost}"));
-        console.lose(&name, console.command(), lost);
-    }
-}
-
-/// The name of a mesh for people.
-fn title(name: Option<&str>, mesh: usize) -> String {
-    name.map_or_else(|| format!("mesh {mesh}"), printable)
+    tell_lost(&name, &lost, console);
 }
 
 impl Results {

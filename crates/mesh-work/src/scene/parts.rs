@@ -1,0 +1,155 @@
+//! The meshes of a scene, ready for the simplification.
+
+use glam::DVec3;
+use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_io::{Format, NewMesh, Scene, SceneDraw, SceneMesh, ScenePrimitive};
+use simplify::{CollapseLog, Metric, SimplifyError};
+
+use super::budget::Collapses;
+use super::rules::{SceneError, SceneRules};
+use super::transfer::transfer;
+use crate::attributes::Attributes;
+use crate::length::{Length, diagonal};
+use crate::loaded::{Loaded, splits_vertices};
+
+/// A mesh of the scene, ready for the simplification.
+pub(super) struct Part {
+    pub(super) mesh: usize,
+    pub(super) primitives: Vec<ScenePrimitive>,
+    pub(super) loaded: Loaded,
+    pub(super) attributes: Attributes,
+    pub(super) times: usize,
+    pub(super) scale: f64,
+    pub(super) name: Option<String>,
+    pub(super) draws: Vec<SceneDraw>,
+}
+
+/// A mesh keeps at least this many faces, so that it does not vanish.
+const LEAST_FACES: usize = 4;
+/// The share of its part of an equal division that a mesh keeps whose vertices have data that the measured error does
+/// not show: colours, skins, morph targets, numbers.
+const LEAST_SHARE: f64 = 0.5;
+/// The meshes of a scene with triangles.
+pub(super) fn parts(scene: &Scene, rules: &SceneRules) -> Result<Vec<Part>, SceneError> {
+    let nodes: Vec<_> = scene.nodes().collect();
+    let all: Vec<usize> = (0..scene.mesh_count()).collect();
+    let mut draws = vec![Vec::new(); all.len()];
+    for draw in scene.draws()? {
+        if let Some(own) = draws.get_mut(draw.mesh) {
+            own.push(draw);
+        }
+    }
+    let mut parts = Vec::new();
+    for (mesh, content) in scene.meshes(&all)?.into_iter().enumerate() {
+        let Some(SceneMesh { model, primitives }) = content else { continue };
+        let draws = std::mem::take(&mut draws[mesh]);
+        let scale = draws.iter().map(SceneDraw::scale).fold(0.0, f64::max);
+        let of_node = || draws.iter().find_map(|draw| nodes.get(draw.node)?.name.clone());
+        let name = scene.mesh_name(mesh).map(str::to_owned).or_else(of_node);
+        let mut repair = rules.repair;
+        if rules.join && splits_vertices(&model, Some(Format::Gltf)) {
+            repair.weld = mesh_core::build::Weld::Exact;
+        }
+        let loaded = if rules.needed_repairs {
+            Loaded::build_with_needed_repairs(model, &repair)
+        } else {
+            Loaded::build(model, &repair)
+        };
+        let loaded =
+            loaded.map_err(|source| SceneError::Build { mesh, source: Box::new(source) })?;
+        if loaded.mesh.topology().face_count() == 0 {
+            continue;
+        }
+        let attributes = Attributes::find(loaded.source(), &rules.attributes)
+            .map_err(|source| SceneError::Simplify { mesh, source })?;
+        parts.push(Part {
+            mesh,
+            primitives,
+            loaded,
+            attributes,
+            times: draws.iter().map(|draw| draw.times).sum(),
+            // A mesh that is drawn flat, or not at all, is measured as it is.
+            scale: if scale > 0.0 && scale.is_finite() { scale } else { 1.0 },
+            name,
+            draws,
+        });
+    }
+    Ok(parts)
+}
+
+/// The diagonal of the bounding box of the drawn meshes; `None` if nothing is drawn.
+pub(super) fn scene_diagonal(parts: &[Part]) -> Option<f64> {
+    let mut bounds: Option<[DVec3; 2]> = None;
+    for part in parts {
+        // The joints of a skin place a mesh where the first one does, up to the pose.
+        let transforms = part.draws.iter().flat_map(|draw| draw.transforms.iter().take(draw.times));
+        for transform in transforms {
+            for &position in part.loaded.mesh.positions() {
+                let at = transform.transform_point3(position);
+                let [low, high] = bounds.get_or_insert([at; 2]);
+                (*low, *high) = (low.min(at), high.max(at));
+            }
+        }
+    }
+    bounds.map(|[low, high]| (high - low).length())
+}
+
+/// A length in units of the scene. Relative lengths and percentages are shares of the diagonal of its bounding box.
+pub(super) fn in_units(length: Length, relative: bool, parts: &[Part]) -> Result<f64, SceneError> {
+    let of_box = || diagonal(scene_diagonal(parts)).map_err(SceneError::from);
+    Ok(match length {
+        Length::Plain(length) if !relative => length,
+        Length::Plain(share) => share * of_box()?,
+        Length::Percent(share) => share / 100.0 * of_box()?,
+    })
+}
+
+impl Part {
+    pub(super) fn faces(&self) -> usize {
+        self.loaded.mesh.topology().face_count()
+    }
+
+    pub(super) fn error(&self, source: SimplifyError) -> SceneError {
+        SceneError::Simplify { mesh: self.mesh, source }
+    }
+
+    /// The least number of faces of the mesh if the scene keeps this share of its faces.
+    pub(super) fn least(&self, ratio: f64) -> usize {
+        let faces = self.faces();
+        let least = if self.has_more_data() { LEAST_SHARE * ratio * faces as f64 } else { 0.0 };
+        (least as usize).max(LEAST_FACES).min(faces)
+    }
+
+    /// The collapses of a run that leaves `left` faces, with costs at the scale of the scene.
+    pub(super) fn collapses(&self, log: &CollapseLog, metric: Metric, left: usize) -> Collapses {
+        let growth = self.scale.powi(metric.length_exponent());
+        let entries = log.entries();
+        let after = entries.iter().skip(1).map(|entry| entry.faces_before as usize).chain([left]);
+        let steps = entries.iter().map(|entry| growth * entry.cost).zip(after).collect();
+        Collapses { times: self.times, faces: self.faces(), least: 0, steps }
+    }
+
+    /// A simplified mesh with the data of the vertices. `became` maps old to new vertices.
+    pub(super) fn replacement(
+        &self,
+        attributes: &Attributes,
+        result: &TriMesh,
+        became: &VertexMap<Option<VertexId>>,
+    ) -> Result<NewMesh, SceneError> {
+        let source = self.loaded.source();
+        let sources = attributes.sources(source, result, became);
+        let carried = attributes.carry_from(source, result, &sources)?;
+        let primitives = transfer(source.model, &self.primitives, result, &sources, &carried);
+        Ok(NewMesh { mesh: self.mesh, primitives })
+    }
+
+    /// Whether the vertices have data besides positions, normals and texture coordinates.
+    fn has_more_data(&self) -> bool {
+        const SHOWN: [&str; 3] = ["POSITION", "NORMAL", "TANGENT"];
+        self.primitives.iter().any(|primitive| {
+            let names = primitive.attributes.iter().map(|data| data.name.as_str());
+            let hidden = |name: &str| !SHOWN.contains(&name) && !name.starts_with("TEXCOORD_");
+            !primitive.targets.is_empty() || names.into_iter().any(hidden)
+        })
+    }
+}

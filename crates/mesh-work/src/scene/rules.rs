@@ -1,0 +1,110 @@
+//! What a scene is simplified to, how, and why it cannot be.
+
+use mesh_core::build::{BuildError, Repair};
+use mesh_io::{ModelError, ReadError, WriteError};
+use mesh_metric::SurfaceError;
+use simplify::{ReplayError, SimplifyError};
+
+use crate::attributes::AttributeRules;
+use crate::length::{Length, NoExtent};
+use crate::policy::Choices;
+
+/// How a scene is simplified.
+#[derive(Clone, Debug)]
+pub struct SceneRules {
+    /// When to stop.
+    pub target: SceneTarget,
+    /// What shares a number of faces.
+    pub budget: SceneBudget,
+    /// How each mesh is simplified.
+    pub choices: Choices,
+    /// How attributes are weighted and transferred.
+    pub attributes: AttributeRules,
+    /// Whether all borders of texture charts, materials and primitives stay, even if the shape suffers.
+    pub keep_seams: bool,
+    /// The repairs of the meshes. Vertices at equal positions are welded unless a weld is given.
+    pub repair: Repair,
+    /// Whether repairs that a mesh needs are made besides.
+    pub needed_repairs: bool,
+    /// Whether vertices that the format splits are joined.
+    pub join: bool,
+}
+
+impl Default for SceneRules {
+    fn default() -> Self {
+        Self {
+            target: SceneTarget::default(),
+            budget: SceneBudget::default(),
+            choices: Choices::default(),
+            attributes: AttributeRules::default(),
+            keep_seams: false,
+            repair: Repair::strict(),
+            needed_repairs: true,
+            join: true,
+        }
+    }
+}
+
+/// The targets of the simplification of a scene. It stops at the first target that is reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SceneTarget {
+    /// The number of faces that are drawn. A mesh that is drawn twice counts twice.
+    pub faces: Option<usize>,
+    /// The share of the faces.
+    pub ratio: Option<f64>,
+    /// The largest distance from the input, in units of the scene. A percentage is a share of the diagonal of the
+    /// bounding box of the scene.
+    pub max_error: Option<Length>,
+    /// Whether a plain distance is a share of the diagonal as well.
+    pub relative: bool,
+}
+
+/// What shares a number of faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SceneBudget {
+    /// The scene: the squared distance from the input, over all surfaces as they are drawn, is least.
+    #[default]
+    Scene,
+    /// Each mesh by itself: the target is for every mesh.
+    Mesh,
+}
+
+/// Why a scene cannot be simplified.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The data of a mesh cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A mesh cannot be built.
+    #[error("mesh {mesh}: {source}")]
+    Build {
+        /// The mesh.
+        mesh: usize,
+        /// The defect.
+        source: Box<BuildError>,
+    },
+    /// A mesh cannot be simplified as asked.
+    #[error("mesh {mesh}: {source}")]
+    Simplify {
+        /// The mesh.
+        mesh: usize,
+        /// The reason.
+        source: SimplifyError,
+    },
+    /// The collapses of a mesh cannot be repeated.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The error of a mesh cannot be measured.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The data of a mesh are inconsistent.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The result does not fit into the scene.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A length is relative to a scene without extent.
+    #[error(transparent)]
+    NoExtent(#[from] NoExtent),
+}
