@@ -6,11 +6,12 @@ use std::time::Duration;
 
 use clap::Args;
 use indicatif::ProgressBar;
-use mesh_core::TriMesh;
-use mesh_work::{Choices, ConstraintChoices, Length, SceneTarget, parse_length};
+use mesh_core::{Topology, TriMesh};
+use mesh_work::{Attributes, Choices, ConstraintChoices, Length, SceneTarget, parse_length};
+use serde::Serialize;
 use simplify::{
     AttributeOptions, ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress,
-    Protect, Rejection, Rejections, Target,
+    Protect, Rejection, Rejections, Shortfall, Target,
 };
 
 use crate::args::{
@@ -438,5 +439,107 @@ fn parse_components(text: &str) -> Result<Components, String> {
             .parse()
             .map(|count| Components(Some(count)))
             .map_err(|_| "expected `free`, `keep` or a number of vertices".into()),
+    }
+}
+
+/// Says which target was not reached, and the options that hold the mesh.
+pub(crate) fn tell_shortfall(shortfall: &Shortfall, topology: &Topology, console: &Console) {
+    let wanted = match (shortfall.wanted_faces, shortfall.wanted_vertices) {
+        (Some(faces), _) => format!("{faces} faces"),
+        (None, vertices) => format!("{} vertices", vertices.unwrap_or_default()),
+    };
+    let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
+        cause(rejection).map(|cause| format!("{cause}: {count} collapses rejected"))
+    });
+    let reasons: Vec<String> = reasons.collect();
+    let reasons = if reasons.is_empty() {
+        "every further collapse would fold the surface or change its topology".to_owned()
+    } else {
+        format!("{}; relax them for fewer faces", reasons.join("; "))
+    };
+    console.message(format_args!(
+        "the target of {wanted} was not reached: {} faces are left ({reasons})",
+        topology.face_count()
+    ));
+}
+
+/// Says how much is kept.
+pub(crate) fn tell_kept(
+    constraints: &ConstraintChoices,
+    [vertices, faces]: [usize; 2],
+    console: &Console,
+) {
+    if let Some(name) = &constraints.keep {
+        console.message(format_args!("{name} keeps {vertices} vertices and {faces} faces"));
+    }
+}
+
+/// All settings, with those of the preset.
+#[derive(Default, Serialize)]
+pub(crate) struct Settings {
+    #[serde(flatten)]
+    options: Options,
+    /// The property of the elements that stay.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    keep: Option<String>,
+    /// The property that holds the importance of vertices.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    weight: Option<String>,
+}
+
+impl Settings {
+    /// The settings of a run with these constraints.
+    pub(crate) fn new(options: &Options, constraints: ConstraintChoices) -> Self {
+        let ConstraintChoices { keep, weight, .. } = constraints;
+        Self { options: settings(options), keep, weight }
+    }
+}
+
+/// A target that was not reached.
+#[derive(Serialize)]
+pub(crate) struct Unreached {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wanted_faces: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wanted_vertices: Option<usize>,
+    faces: usize,
+    vertices: usize,
+    /// The numbers of rejected collapses, by reason.
+    held_by: BTreeMap<&'static str, usize>,
+}
+
+impl Unreached {
+    /// The shortfall of a result.
+    pub(crate) fn new(shortfall: &Shortfall, topology: &Topology) -> Self {
+        let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        Self {
+            wanted_faces: shortfall.wanted_faces,
+            wanted_vertices: shortfall.wanted_vertices,
+            faces: topology.face_count(),
+            vertices: used.count(),
+            held_by: shortfall.held_by.iter().map(|(r, count)| (r.name(), *count)).collect(),
+        }
+    }
+}
+
+/// The number of charts between seams, before and after some were merged.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct Charts {
+    before: usize,
+    after: usize,
+}
+
+impl Charts {
+    /// The charts, if some were merged.
+    pub(crate) fn of(attributes: &Attributes) -> Option<Self> {
+        attributes.merged().map(|[before, after]| Self { before, after })
+    }
+
+    pub(crate) fn tell(self, console: &Console) {
+        let Self { before, after } = self;
+        console.message(format_args!(
+            "charts of textures, materials and labels: {before} -> {after}; the borders of all would need more than a \
+             fifth of the wanted faces (--keep-seams keeps them, --no-attributes leaves them out)"
+        ));
     }
 }

@@ -210,3 +210,53 @@ fn the_file_is_the_largest_that_fits() {
     assert_eq!(report["size"]["fits"], false);
     assert!(message.contains("does not fit into 100 bytes"), "{message}");
 }
+
+#[test]
+fn levels_of_detail_have_the_constraints_of_simplify() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "levels"].map(|name| folder.path().join(name));
+    let model = marked(&input);
+    let run = |more: &[&str]| {
+        let common = ["lod", text(&input), "-o", text(&output), "--levels", "0.3,0.1"];
+        json(&[&common[..], &["--to", "ply", "--precision", "double"], more].concat())
+    };
+    let report = run(&["--keep", "pole", "--weight", "weight", "--max-edge", "40%"]);
+    let settings = &report["settings"];
+    assert_eq!((&settings["keep"], &settings["weight"]), (&"pole".into(), &"weight".into()));
+    let marks = &model.vertex_scalars[0].values;
+    for level in 1..=2 {
+        let result = mesh_io::read(output.join(format!("in-{level}.ply"))).unwrap();
+        let places: HashSet<_> = result.soup.positions().iter().map(|&p| bits(p)).collect();
+        for (v, &p) in model.soup.positions().iter().enumerate() {
+            assert!(marks.get(v) == Some(0.0) || places.contains(&bits(p)), "{level} {v}");
+        }
+        let near = |x: f64| result.soup.positions().iter().filter(|p| p.x * x > 0.3).count();
+        assert!(near(1.0) > 2 * near(-1.0), "{} {}", near(1.0), near(-1.0));
+    }
+    // What cannot be met together is said.
+    let report = run(&["--max-edge", "2%"]);
+    assert!(report["unreached"]["held_by"]["max_edge"].as_u64().unwrap() > 0, "{report}");
+    let longest = |level: usize| {
+        let result = mesh_io::read(output.join(format!("in-{level}.ply"))).unwrap();
+        let at = |v: u32| result.soup.positions()[v as usize];
+        let lengths = result
+            .soup
+            .faces()
+            .flat_map(|f| [0, 1, 2].map(|i| at(f[i]).distance(at(f[(i + 1) % 3]))));
+        lengths.fold(0.0, f64::max)
+    };
+    let diagonal = 2.0 * 3.0_f64.sqrt();
+    let of_input = model.soup.faces().flat_map(|f| {
+        let at = |v: u32| model.soup.positions()[v as usize];
+        [0, 1, 2].map(|i| at(f[i]).distance(at(f[(i + 1) % 3])))
+    });
+    assert!(longest(2) <= of_input.fold(0.02 * diagonal, f64::max) * (1.0 + 1e-9));
+    // A record has its collapses already.
+    let record = folder.path().join("r.lod");
+    run(&["--record", text(&record)]);
+    let words =
+        ["lod", text(&input), "-o", text(&output), "--replay", text(&record), "--max-edge", "2%"];
+    let (status, message) = code(&words);
+    assert_eq!(status, 2, "{message}");
+    assert!(message.contains("--max-edge"), "{message}");
+}

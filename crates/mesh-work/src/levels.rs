@@ -1,11 +1,17 @@
 //! Levels of detail: stages of one sequence of edge collapses, with attributes and errors.
 
+use std::io::{ErrorKind, Read, Write};
+
 use mesh_core::TriMesh;
 use mesh_io::{Model, ModelError};
 use mesh_metric::{CompareOptions, Comparison, Surface, SurfaceError, compare};
-use simplify::{CollapseLog, ErrorCheck, ReplayError, SimplifyError, Target, collapses_within};
+use simplify::{
+    CollapseLog, ErrorCheck, Options, RecordError, ReplayError, SimplifyError, Target,
+    collapses_within,
+};
 
 use crate::attributes::Attributes;
+use crate::constraint_choices::{ConstraintChoices, ConstraintError};
 use crate::loaded::Source;
 
 /// The levels to make.
@@ -32,6 +38,65 @@ pub struct LevelOfDetail {
     pub distance: Comparison,
 }
 
+/// The run that levels are stages of.
+#[derive(Clone, Debug)]
+pub struct LevelPlan {
+    /// The options of the run.
+    pub options: Options,
+    /// The attributes of the levels, with merged charts if the coarsest level has no room for all of them.
+    pub attributes: Attributes,
+    /// The numbers of vertices and faces that [`ConstraintChoices::keep`] keeps.
+    pub kept: [usize; 2],
+}
+
+/// The collapses of a run, as they are kept for levels made later.
+#[derive(Clone, Debug, Default)]
+pub struct LevelRecord {
+    /// The collapses.
+    pub log: CollapseLog,
+    /// The number of faces that charts were merged for; `None` if none were.
+    pub room: Option<u32>,
+}
+
+/// What follows the collapses in a record if charts were merged, before the number of faces.
+const ROOM: &[u8; 4] = b"ROOM";
+
+impl LevelRecord {
+    /// Writes the log, and after it `ROOM` and the number of faces (4 bytes, little-endian) if charts were merged.
+    ///
+    /// # Errors
+    /// The writer fails.
+    pub fn write(&self, mesh: &TriMesh, writer: &mut dyn Write) -> std::io::Result<()> {
+        self.log.write(mesh, writer)?;
+        let Some(room) = self.room else { return Ok(()) };
+        writer.write_all(ROOM)?;
+        writer.write_all(&room.to_le_bytes())
+    }
+
+    /// Reads the record of a run on this mesh.
+    ///
+    /// # Errors
+    /// The bytes are not a record, or belong to another mesh.
+    pub fn read(mesh: &TriMesh, reader: &mut dyn Read) -> Result<Self, RecordError> {
+        let log = CollapseLog::read(mesh, reader)?;
+        let mut bytes = [0; 8];
+        let room = match reader.read_exact(&mut bytes) {
+            Ok(()) => bytes.split_first_chunk().filter(|(name, _)| *name == ROOM),
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => None,
+            Err(error) => return Err(error.into()),
+        };
+        let room = room.and_then(|(_, count)| count.try_into().ok()).map(u32::from_le_bytes);
+        Ok(Self { log, room })
+    }
+
+    /// The attributes with the charts that the run has merged.
+    #[must_use]
+    pub fn attributes(&self, mesh: &TriMesh, attributes: Attributes) -> Attributes {
+        let target = Target { faces: self.room.map(|room| room as usize), ..Target::default() };
+        attributes.merge_charts(mesh, &target).unwrap_or(attributes)
+    }
+}
+
 /// Errors of [`LevelSteps`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -53,6 +118,15 @@ pub enum LevelError {
 /// Number of samples on each surface.
 pub(crate) const SAMPLES: usize = 200_000;
 
+impl LevelPlan {
+    /// The record of the run, with its collapses.
+    #[must_use]
+    pub fn record(&self, mesh: &TriMesh, log: CollapseLog) -> LevelRecord {
+        let faces = self.options.target.face_target(mesh.topology().face_count());
+        LevelRecord { log, room: self.attributes.merged().map(|_| faces as u32) }
+    }
+}
+
 impl LevelSteps {
     /// The limits of the collapse sequence, without the maximum error.
     #[must_use]
@@ -68,6 +142,32 @@ impl LevelSteps {
     #[must_use]
     pub fn max_error(&self) -> Option<f64> {
         self.errors.iter().copied().reduce(f64::max)
+    }
+
+    /// The run for these levels. Charts are merged as [`Attributes::merge_charts`] does for the coarsest level, unless
+    /// `keeps_seams`.
+    ///
+    /// # Errors
+    /// As [`ConstraintChoices::constrain`].
+    pub fn plan(
+        &self,
+        source: Source<'_>,
+        options: Options,
+        attributes: Attributes,
+        (constraints, keeps_seams): (&ConstraintChoices, bool),
+        check: ErrorCheck,
+    ) -> Result<LevelPlan, ConstraintError> {
+        let mut options = options.for_levels();
+        let merged = (!keeps_seams).then(|| attributes.merge_charts(source.mesh, &options.target));
+        let attributes = merged.flatten().unwrap_or(attributes);
+        attributes.constrain(source.mesh, &mut options);
+        let kept = constraints.constrain(source, &mut options)?;
+        if let Some(error) = self.max_error() {
+            options = options.within(error, check);
+            // With decimation to the tolerance, the result would not be a stage of the run.
+            options.tolerance.decimate = false;
+        }
+        Ok(LevelPlan { options, attributes, kept })
     }
 
     /// The number of collapses of each level, ascending.

@@ -8,9 +8,9 @@ use glam::DVec3;
 use mesh_core::Repair;
 use mesh_io::Model;
 use mesh_metric::{Surface, sample_surface};
-use mesh_work::{AttributeRules, Attributes, Loaded};
+use mesh_work::{AttributeRules, Attributes, ConstraintChoices, LevelRecord, LevelSteps, Loaded};
 use proptest::prelude::*;
-use simplify::{Options, Simplified, simplify};
+use simplify::{ErrorCheck, Options, Simplified, simplify};
 
 /// The number of charts along a side of the texture.
 const ALONG: usize = 64;
@@ -137,4 +137,46 @@ fn merging_is_what_reaches_the_target() {
     let [before, after] = merged.unwrap();
     assert_eq!(before, 6 * 12 * 12);
     assert!(after < 60, "{after}");
+}
+
+/// Levels reach their numbers of faces where charts have no room, and levels from the record are the same.
+#[test]
+fn levels_merge_charts_and_their_record_knows_it() {
+    let loaded = Loaded::build(patchwork(12, 1), &Repair::strict()).unwrap();
+    let (source, mesh) = (loaded.source(), &loaded.mesh);
+    let steps = LevelSteps { faces: vec![900, 300], ..LevelSteps::default() };
+    let find = || Attributes::find(source, &AttributeRules::default()).unwrap();
+    let none = ConstraintChoices::default();
+    let plan = |keeps_seams: bool| {
+        let options = Options { target: steps.limits(), ..Options::default() };
+        steps.plan(source, options, find(), (&none, keeps_seams), ErrorCheck::Sampled).unwrap()
+    };
+    let kept = plan(true);
+    let stuck = simplify(mesh, &kept.options).unwrap();
+    assert!(kept.record(mesh, stuck.log).room.is_none());
+    assert_eq!(stuck.mesh.topology().face_count(), mesh.topology().face_count());
+    let merged = plan(false);
+    assert!(merged.attributes.merged().is_some());
+    let record = merged.record(mesh, simplify(mesh, &merged.options).unwrap().log);
+    let mut bytes = Vec::new();
+    record.write(mesh, &mut bytes).unwrap();
+    let again = LevelRecord::read(mesh, &mut &bytes[..]).unwrap();
+    assert_eq!(again.room, Some(300));
+    let levels = |record: &LevelRecord, attributes: &Attributes| {
+        let levels = steps.levels(&record.log, source, attributes, ErrorCheck::Sampled).unwrap();
+        levels.into_iter().map(|level| level.model).collect::<Vec<_>>()
+    };
+    let (first, second) =
+        (levels(&record, &merged.attributes), levels(&again, &again.attributes(mesh, find())));
+    assert_eq!(first, second);
+    for (model, most) in first.iter().zip([900, 300]) {
+        assert!(model.soup.face_count() <= most, "{} {most}", model.soup.face_count());
+        for (face, corners) in model.corner_uvs.as_ref().unwrap().chunks(3).enumerate() {
+            let charts = [0, 1, 2].map(|k| chart_of(corners[k]));
+            assert!(
+                charts[0].is_some() && charts[1] == charts[0] && charts[2] == charts[0],
+                "{face}"
+            );
+        }
+    }
 }

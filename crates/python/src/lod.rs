@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ::simplify::{CollapseLog, Progress, simplify_observed};
-use mesh_work::{Attributes, LevelOfDetail, LevelSteps};
+use ::simplify::{Progress, simplify_observed};
+use mesh_work::{Attributes, LevelOfDetail, LevelRecord, LevelSteps};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::host::{Call, run};
 use crate::length::{Given, units};
 use crate::mesh::MeshData;
-use crate::simplify::{ChoicesGiven, LogData, RulesGiven, state};
+use crate::simplify::{ChoicesGiven, ConstraintsGiven, LogData, RulesGiven, state};
 
 /// Levels, as they come from Python.
 #[derive(FromPyObject)]
@@ -31,6 +31,7 @@ pub(crate) struct StepsGiven {
 
 /// Levels of detail: from a run, or from its record.
 #[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "groups of options of Python")]
 pub(crate) fn lod<'py>(
     py: Python<'py>,
     call: &Call,
@@ -38,6 +39,7 @@ pub(crate) fn lod<'py>(
     steps: StepsGiven,
     choices: ChoicesGiven,
     rules: RulesGiven,
+    constraints: ConstraintsGiven,
     record: Option<&LogData>,
 ) -> PyResult<(Bound<'py, PyList>, LogData)> {
     let settings = || -> Result<_, Failure> {
@@ -46,37 +48,42 @@ pub(crate) fn lod<'py>(
         if let Some(ratio) = steps.ratios.iter().find(|r| !(0.0..=1.0).contains(*r)) {
             return Err(Failure::option(format!("ratios has {ratio}; they must be from 0 to 1")));
         }
-        Ok((errors, choices.choices()?, rules.rules()?))
+        let keep_seams = constraints.keep_seams;
+        let constraints = constraints.choices(steps.relative)?;
+        Ok((errors, choices.choices()?, rules.rules()?, (constraints, keep_seams)))
     };
-    let (errors, choices, rules) = settings().map_err(|failure| failure.raise(py))?;
+    let (errors, choices, rules, (constraints, keep_seams)) =
+        settings().map_err(|failure| failure.raise(py))?;
     let content = mesh.content();
     let shared = Arc::clone(&content);
-    let known = record.map(|record| Arc::clone(&record.log));
-    let (levels, log) = run(py, call, move |watch| {
+    let known = record.map(|record| Arc::clone(&record.record));
+    let (levels, record) = run(py, call, move |watch| {
         let source = shared.source()?;
         let in_units = errors.into_iter().map(|e| units(Some(e), source.mesh, steps.relative));
         let errors = in_units.filter_map(Result::transpose).collect::<Result<_, _>>()?;
         let steps = LevelSteps { ratios: steps.ratios, faces: steps.faces, errors };
         let attributes = Attributes::find(source, &rules).map_err(Failure::from)?;
-        let log = match known {
-            Some(log) => log,
+        let (record, attributes) = match known {
+            Some(record) => {
+                let attributes = record.attributes(source.mesh, attributes);
+                (record, attributes)
+            }
             None => {
-                let mut options = choices.options(source.mesh, steps.limits()).for_levels();
-                attributes.constrain(source.mesh, &mut options);
-                if let Some(error) = steps.max_error() {
-                    options = options.within(error, choices.check());
-                    // With decimation to the tolerance, the result would not be a stage of the run.
-                    options.tolerance.decimate = false;
-                }
+                let options = choices.options(source.mesh, steps.limits());
+                let limits = (&constraints, keep_seams);
+                let plan = steps.plan(source, options, attributes, limits, choices.check());
+                let plan = plan.map_err(Failure::option)?;
                 let observe = &mut |now: &Progress| -> ControlFlow<()> { watch.tell(state(now)) };
-                let result = simplify_observed(source.mesh, &options, observe);
-                Arc::new(result.map_err(Failure::from)?.log)
+                let result = simplify_observed(source.mesh, &plan.options, observe);
+                let log = result.map_err(Failure::from)?.log;
+                (Arc::new(plan.record(source.mesh, log)), plan.attributes)
             }
         };
         watch.check()?;
-        let levels =
-            steps.levels(&log, source, &attributes, choices.check()).map_err(Failure::from)?;
-        Ok((levels, log))
+        let levels = steps
+            .levels(&record.log, source, &attributes, choices.check())
+            .map_err(Failure::from)?;
+        Ok((levels, record))
     })?;
     let list = PyList::empty(py);
     for LevelOfDetail { model, collapses, distance, .. } in levels {
@@ -88,7 +95,7 @@ pub(crate) fn lod<'py>(
         level.set_item("max", distance.hausdorff())?;
         list.append(level)?;
     }
-    Ok((list, LogData { log, content }))
+    Ok((list, LogData { record, content }))
 }
 
 /// Writes the record of a run: `CURVLOD1`.
@@ -99,10 +106,10 @@ pub(crate) fn save_record(
     record: &LogData,
     path: PathBuf,
 ) -> PyResult<()> {
-    let (log, content) = (Arc::clone(&record.log), Arc::clone(&record.content));
+    let (record, content) = (Arc::clone(&record.record), Arc::clone(&record.content));
     run(py, call, move |_| {
         let mesh = &content.whole()?.mesh;
-        let write = |writer: &mut dyn Write| log.write(mesh, writer);
+        let write = |writer: &mut dyn Write| record.write(mesh, writer);
         let written = mesh_io::replace_file(&path, write);
         Ok(written.map_err(Failure::from)?)
     })
@@ -115,10 +122,10 @@ pub(crate) fn record_bytes<'py>(
     call: &Call,
     record: &LogData,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let (log, content) = (Arc::clone(&record.log), Arc::clone(&record.content));
+    let (record, content) = (Arc::clone(&record.record), Arc::clone(&record.content));
     let bytes = run(py, call, move |_| {
         let mut bytes = Vec::new();
-        let written = log.write(&content.whole()?.mesh, &mut bytes);
+        let written = record.write(&content.whole()?.mesh, &mut bytes);
         written.map_err(|error| Failure::internal(error).into()).map(|()| bytes)
     })?;
     Ok(PyBytes::new(py, &bytes))
@@ -141,18 +148,18 @@ pub(crate) fn load_record(
 ) -> PyResult<LogData> {
     let content = mesh.content();
     let shared = Arc::clone(&content);
-    let log = run(py, call, move |_| {
+    let record = run(py, call, move |_| {
         let mesh = &shared.whole()?.mesh;
-        let log = match &file {
-            RecordFile::Content(bytes) => CollapseLog::read(mesh, &mut &bytes[..]),
+        let record = match &file {
+            RecordFile::Content(bytes) => LevelRecord::read(mesh, &mut &bytes[..]),
             RecordFile::Path(path) => {
                 let file = File::open(path).map_err(|error| Failure::opening(path, &error))?;
-                CollapseLog::read(mesh, &mut BufReader::new(file))
+                LevelRecord::read(mesh, &mut BufReader::new(file))
             }
         };
-        Ok(log.map_err(Failure::from)?)
+        Ok(record.map_err(Failure::from)?)
     })?;
-    Ok(LogData { log: Arc::new(log), content })
+    Ok(LogData { record: Arc::new(record), content })
 }
 
 /// What the vertices of the mesh have become after so many collapses.
@@ -163,7 +170,7 @@ pub(crate) fn representatives<'py>(
     collapses: usize,
 ) -> PyResult<Bound<'py, PyArray1<i32>>> {
     let whole = record.content.whole().map_err(|failure| failure.raise(py))?;
-    let of_mesh = record.log.representatives(&whole.mesh, collapses);
+    let of_mesh = record.record.log.representatives(&whole.mesh, collapses);
     let ids = of_mesh.as_slice().iter().map(|v| v.index() as i32).collect();
     Ok(whole.of_vertices(ids, -1).into_pyarray(py))
 }

@@ -5,10 +5,10 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use ::simplify::{
-    CollapseLog, LogEntry, Options, Phase, Preset, Progress, Simplified, Target, simplify_observed,
+    LogEntry, Options, Phase, Preset, Progress, Simplified, Target, simplify_observed,
     simplify_with,
 };
-use mesh_work::{AttributeRules, Attributes, Choices, ConstraintChoices};
+use mesh_work::{AttributeRules, Attributes, Choices, ConstraintChoices, LevelRecord};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -111,11 +111,11 @@ pub(crate) struct ConstraintsGiven {
     max_edge: Option<Given>,
     min_angle: Option<f64>,
     max_valence: Option<usize>,
-    keep_seams: bool,
+    pub(crate) keep_seams: bool,
 }
 
 impl ConstraintsGiven {
-    fn choices(self, relative: bool) -> Result<ConstraintChoices, Failure> {
+    pub(crate) fn choices(self, relative: bool) -> Result<ConstraintChoices, Failure> {
         Ok(ConstraintChoices {
             keep: self.keep,
             weight: self.weight,
@@ -143,14 +143,14 @@ pub(crate) struct TargetsGiven {
 /// The collapses of a run, with the mesh that they belong to.
 #[pyclass(frozen, module = "curvmesh._core")]
 pub(crate) struct LogData {
-    pub(crate) log: Arc<CollapseLog>,
+    pub(crate) record: Arc<LevelRecord>,
     pub(crate) content: Arc<Content>,
 }
 
 #[pymethods]
 impl LogData {
     fn __len__(&self) -> usize {
-        self.log.len()
+        self.record.log.len()
     }
 
     /// The mesh that the collapses belong to.
@@ -160,7 +160,7 @@ impl LogData {
 
     /// The collapses as columns.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let entries = self.log.entries();
+        let entries = self.record.log.entries();
         let found = PyDict::new(py);
         let ids =
             |of: fn(&LogEntry) -> u32| signed(entries.iter().map(of).collect()).into_pyarray(py);
@@ -196,6 +196,8 @@ struct Done {
     result: Simplified,
     map: Vec<i32>,
     charts: Option<(usize, usize)>,
+    /// The number of faces that charts were merged for.
+    room: Option<u32>,
 }
 
 /// Simplifies a mesh.
@@ -252,8 +254,10 @@ pub(crate) fn simplify<'py>(
         let map = result.vertex_map.as_slice().iter();
         let map = map.map(|v| v.map_or(-1, |v| v.index() as i32)).collect();
         let charts = attributes.merged().map(|[before, after]| (before, after));
+        let wanted = options.target.face_target(whole.mesh.topology().face_count());
+        let room = charts.map(|_| wanted as u32);
         let (mesh, map) = (MeshData::new(model, false), whole.of_vertices(map, -1));
-        Ok(Done { mesh, map, charts, result })
+        Ok(Done { mesh, map, charts, room, result })
     })?;
     report(py, done, content)
 }
@@ -279,7 +283,7 @@ fn report<'py>(
     done: Done,
     content: Arc<Content>,
 ) -> PyResult<(MeshData, Bound<'py, PyDict>)> {
-    let Done { mesh, result, map, charts } = done;
+    let Done { mesh, result, map, charts, room } = done;
     let found = PyDict::new(py);
     found.set_item("charts", charts)?;
     found.set_item("vertex_map", map.into_pyarray(py))?;
@@ -302,6 +306,7 @@ fn report<'py>(
         .fit
         .map(|fit| (fit.rounds, fit.flips, fit.rms_before, fit.rms_last, fit.norm.name()));
     found.set_item("fit", fit)?;
-    found.set_item("log", LogData { log: Arc::new(result.log), content })?;
+    let record = Arc::new(LevelRecord { log: result.log, room });
+    found.set_item("log", LogData { record, content })?;
     Ok((mesh, found))
 }

@@ -13,7 +13,9 @@ use crate::given::Given;
 use crate::large::Large;
 use crate::save::SaveOptions;
 use crate::scene::Scenes;
-use crate::simplify_options::{NOT_FITTED, OF_FITS, Policy, parse_elements, parse_ratio};
+use crate::simplify_options::{
+    Constraining, NOT_FITTED, OF_FITS, Policy, parse_elements, parse_ratio,
+};
 use crate::task::Source;
 use crate::view::Look;
 
@@ -55,7 +57,13 @@ pub(crate) struct Lod {
     #[command(flatten)]
     pub(crate) policy: Policy,
     #[command(flatten)]
+    pub(crate) constraining: Constraining,
+    #[command(flatten)]
     pub(crate) carry: Carry,
+    /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default, small
+    /// charts are merged, in all levels, where the borders need more than a fifth of the faces of the coarsest level
+    #[arg(long, help_heading = "Attributes", conflicts_with = "no_attributes")]
+    pub(crate) keep_seams: bool,
     #[command(flatten)]
     pub(crate) save: SaveOptions,
     #[command(flatten)]
@@ -128,6 +136,12 @@ impl Lod {
                 "components",
                 "attribute_weight",
                 "normal_weight",
+                "keep",
+                "weight",
+                "max_edge",
+                "min_angle",
+                "max_valence",
+                "keep_seams",
             ];
             given.refuse(&of_runs, "with --replay the collapses are those of the record")?;
         }

@@ -90,6 +90,8 @@ fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
         )));
     }
     given.refuse(&OF_ATTRIBUTES, ONLY_SHAPES)?;
+    given.refuse(&["keep_seams"], ONLY_SHAPES)?;
+    options.constraining.check_regional()?;
     if options.tiles {
         given.refuse(&SAVE_OPTIONS, "tiles are binary PLY files")?;
     }

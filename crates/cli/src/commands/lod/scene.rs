@@ -20,7 +20,19 @@ use crate::task::{Report, Source, tell_pictures};
 use crate::text::printable;
 
 /// The options that need one mesh.
-const NEEDING_ONE: [&str; 6] = ["record", "replay", "no_attributes", "labels", "blend", "view"];
+const NEEDING_ONE: [&str; 11] = [
+    "record",
+    "replay",
+    "keep",
+    "weight",
+    "max_edge",
+    "min_angle",
+    "max_valence",
+    "no_attributes",
+    "labels",
+    "blend",
+    "view",
+];
 
 #[derive(Serialize)]
 struct Results {
@@ -94,6 +106,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         budget: options.scenes.budget(),
         choices,
         attributes: options.carry.rules(),
+        keep_seams: options.keep_seams,
         ..loading.scene_rules()
     };
     let steps: SceneSteps = steps.of_scene(loading.relative);

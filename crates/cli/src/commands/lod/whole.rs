@@ -5,13 +5,14 @@ use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::Path;
 
-use mesh_core::TriMesh;
 use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::{Exhibit, Page, Section};
-use mesh_work::{Attributes, LevelError, LevelOfDetail, LevelSteps, Loaded, shown_from};
+use mesh_work::{
+    Attributes, LevelError, LevelOfDetail, LevelRecord, LevelSteps, Loaded, shown_from,
+};
 use serde::Serialize;
-use simplify::{CollapseLog, Options, simplify_observed};
+use simplify::simplify_observed;
 
 use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
@@ -21,7 +22,9 @@ use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
 use crate::save::{Outputs, make_folder_of, save};
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{rejected, settings, show};
+use crate::simplify_options::{
+    Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall,
+};
 use crate::task::{Report, Source};
 use crate::view::{self, name_of};
 
@@ -31,6 +34,9 @@ struct Results {
     run: Option<CollapseRun>,
     collapses: usize,
     rejected: BTreeMap<&'static str, usize>,
+    /// Absent if no charts were merged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    charts: Option<Charts>,
     levels: Vec<Level>,
 }
 
@@ -38,7 +44,9 @@ struct Results {
 #[derive(Serialize)]
 struct CollapseRun {
     preset: String,
-    settings: Options,
+    settings: Settings,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unreached: Option<Unreached>,
 }
 
 /// A level, and its distance from the input: the mean and the root mean square over both directions, and the largest of
@@ -66,20 +74,25 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let place = Place::new(options, steps.count(), &session.given)?;
     let steps = steps.of(&loaded.mesh, loading.relative)?;
     let attributes = options.carry.find(&loaded, console)?;
-    let Collapses { log, run, rejected } = Seconds::time(&mut seconds.compute, || {
-        collapses(options, &steps, &loaded.mesh, &attributes, console)
-    })?;
+    let Collapses { record, run, rejected, attributes } =
+        Seconds::time(&mut seconds.compute, || {
+            collapses(options, &steps, &loaded, attributes, console)
+        })?;
+    let charts = Charts::of(&attributes);
+    if let Some(charts) = charts {
+        charts.tell(console);
+    }
     let spinner = console.spinner("measuring");
     let (mut levels, models) = Seconds::time(&mut seconds.compute, || {
-        steps.levels(&log, loaded.source(), &attributes, options.policy.check())
+        steps.levels(&record.log, loaded.source(), &attributes, options.policy.check())
     })
     .map(told)
     .map_err(failed)?;
     spinner.finish_and_clear();
     Seconds::time(&mut seconds.save, || {
-        write(&place, &loaded, &mut levels, &models, &log, options, console)
+        write(&place, &loaded, &mut levels, &models, &record, options, console)
     })?;
-    let results = Results { run, collapses: log.len(), rejected, levels };
+    let results = Results { run, collapses: record.log.len(), rejected, charts, levels };
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
     if options.look.is_wanted() {
@@ -135,40 +148,51 @@ fn page(
     Ok(page)
 }
 
-/// The collapses, from a record or from a run.
+/// The collapses, from a record or from a run, and the attributes of the levels.
 struct Collapses {
-    log: CollapseLog,
+    record: LevelRecord,
     run: Option<CollapseRun>,
     rejected: BTreeMap<&'static str, usize>,
+    attributes: Attributes,
 }
 
 fn collapses(
     options: &Lod,
     steps: &LevelSteps,
-    mesh: &TriMesh,
-    attributes: &Attributes,
+    loaded: &Loaded,
+    attributes: Attributes,
     console: &Console,
 ) -> Result<Collapses, Failure> {
+    let mesh = &loaded.mesh;
     if let Some(path) = &options.replay {
         let failed = |source| Failure::Record { path: path.clone(), source: Box::new(source) };
         let file = File::open(path).map_err(|error| failed(error.into()))?;
-        let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
-        return Ok(Collapses { log, run: None, rejected: BTreeMap::new() });
+        let record = LevelRecord::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
+        let attributes = record.attributes(mesh, attributes);
+        return Ok(Collapses { record, run: None, rejected: BTreeMap::new(), attributes });
     }
-    let mut chosen = options.policy.options(mesh, steps.limits()).for_levels();
-    attributes.constrain(mesh, &mut chosen);
-    if let Some(error) = steps.max_error() {
-        chosen = chosen.within(error, options.policy.check());
-        // With decimation to the tolerance, the result would not be a stage of the run.
-        chosen.tolerance.decimate = false;
-    }
+    let chosen = options.policy.options(mesh, steps.limits());
+    let constraints = options.constraining.choices(options.source.loading.relative);
+    let limits = (&constraints, options.keep_seams);
+    let plan = steps.plan(loaded.source(), chosen, attributes, limits, options.policy.check());
+    let plan = plan.map_err(Failure::refused)?;
+    tell_kept(&constraints, plan.kept, console);
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
-    let result = simplify_observed(mesh, &chosen, &mut |now| show(&bar, now));
+    let result = simplify_observed(mesh, &plan.options, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     let result = result.map_err(Failure::simplify)?;
-    let run =
-        CollapseRun { preset: options.policy.preset.to_string(), settings: settings(&chosen) };
-    Ok(Collapses { log: result.log, run: Some(run), rejected: rejected(&result.rejections) })
+    let topology = result.mesh.topology();
+    if let Some(shortfall) = &result.shortfall {
+        tell_shortfall(shortfall, topology, console);
+    }
+    let run = CollapseRun {
+        preset: options.policy.preset.to_string(),
+        settings: Settings::new(&plan.options, constraints),
+        unreached: result.shortfall.as_ref().map(|shortfall| Unreached::new(shortfall, topology)),
+    };
+    let rejected = rejected(&result.rejections);
+    let record = plan.record(mesh, result.log);
+    Ok(Collapses { record, run: Some(run), rejected, attributes: plan.attributes })
 }
 
 fn failed(error: LevelError) -> Failure {
@@ -205,7 +229,7 @@ fn write(
     loaded: &Loaded,
     levels: &mut [Level],
     models: &[Model],
-    log: &CollapseLog,
+    record: &LevelRecord,
     options: &Lod,
     console: &Console,
 ) -> Result<(), Failure> {
@@ -232,7 +256,7 @@ fn write(
         }
     }
     if let Some(path) = &options.record {
-        let content = |writer: &mut dyn Write| log.write(&loaded.mesh, writer);
+        let content = |writer: &mut dyn Write| record.write(&loaded.mesh, writer);
         outputs.add(path, move || mesh_io::stage_file(path, content));
     }
     outputs.write(console)

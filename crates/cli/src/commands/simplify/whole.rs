@@ -9,7 +9,7 @@ use mesh_view::Page;
 use mesh_work::{Attributes, Largest, Loaded, Sized, file_size, largest_within};
 use out_of_core::ResultMesh;
 use serde::Serialize;
-use simplify::{FitReport, Options, Shortfall, Simplified, simplify_observed};
+use simplify::{FitReport, Simplified, simplify_observed};
 
 use crate::batch::Job;
 use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
@@ -20,22 +20,11 @@ use crate::given::Given;
 use crate::large::{self, Passes, RegionSettings};
 use crate::load::{Loading, Seconds};
 use crate::save::make_folder_of;
-use crate::simplify_options::{cause, rejected, settings, show};
+use crate::simplify_options::{
+    Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall,
+};
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
-
-/// All settings, with those of the preset.
-#[derive(Default, Serialize)]
-struct Settings {
-    #[serde(flatten)]
-    options: Options,
-    /// The property of the elements that stay.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    keep: Option<String>,
-    /// The property that holds the importance of vertices.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    weight: Option<String>,
-}
 
 /// The size of the written file.
 #[derive(Serialize)]
@@ -45,19 +34,6 @@ struct FileSize {
     fits: bool,
     /// The number of runs.
     trials: usize,
-}
-
-/// A target that was not reached.
-#[derive(Serialize)]
-struct Unreached {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    wanted_faces: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    wanted_vertices: Option<usize>,
-    faces: usize,
-    vertices: usize,
-    /// The numbers of rejected collapses, by reason.
-    held_by: BTreeMap<&'static str, usize>,
 }
 
 /// The settings of a run in memory, or region by region.
@@ -110,13 +86,6 @@ struct Achieved {
     upper: Option<f64>,
 }
 
-/// The number of charts between seams, before and after some were merged.
-#[derive(Clone, Copy, Serialize)]
-struct Charts {
-    before: usize,
-    after: usize,
-}
-
 #[derive(Serialize)]
 struct Fit {
     norm: &'static str,
@@ -155,14 +124,11 @@ pub(crate) fn one(
         }
     });
     let (Made { simplified, settings, model, charts }, size) = made?;
-    if let Some(Charts { before, after }) = charts {
-        console.message(format_args!(
-            "charts of textures, materials and labels: {before} -> {after}; the borders of all would need more than a \
-             fifth of the wanted faces (--keep-seams keeps them, --no-attributes leaves them out)"
-        ));
+    if let Some(charts) = charts {
+        charts.tell(console);
     }
     if let Some(shortfall) = &simplified.shortfall {
-        tell(shortfall, &simplified, console);
+        tell_shortfall(shortfall, simplified.mesh.topology(), console);
     }
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let faces_in = loaded.mesh.topology().face_count();
@@ -323,9 +289,7 @@ fn reduce(
     attributes.constrain(mesh, &mut chosen);
     let constraints = options.constraining.choices(options.job.loading.relative);
     let kept = constraints.constrain(loaded.source(), &mut chosen).map_err(Failure::refused)?;
-    if let (Some(name), [vertices, faces]) = (&constraints.keep, kept) {
-        console.message(format_args!("{name} keeps {vertices} vertices and {faces} faces"));
-    }
+    tell_kept(&constraints, kept, console);
     chosen.record = false;
     if let Some(error) = goals.max_error {
         chosen = chosen.within(error, options.policy.check());
@@ -333,36 +297,13 @@ fn reduce(
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &chosen, &mut |now| show(&bar, now));
     bar.finish_and_clear();
-    let (keep, weight) = (constraints.keep, constraints.weight);
-    let settings = Settings { options: settings(&chosen), keep, weight };
+    let settings = Settings::new(&chosen, constraints);
     let simplified = result.map_err(Failure::simplify)?;
     let model = attributes
         .carry(loaded.source(), &simplified.mesh, &simplified.vertex_map)
         .map_err(Failure::model)?;
-    let charts = attributes.merged().map(|[before, after]| Charts { before, after });
+    let charts = Charts::of(attributes);
     Ok(Made { simplified, settings, model, charts })
-}
-
-/// Says which target was not reached, and the options that hold the mesh.
-fn tell(shortfall: &Shortfall, result: &Simplified, console: &Console) {
-    let topology = result.mesh.topology();
-    let wanted = match (shortfall.wanted_faces, shortfall.wanted_vertices) {
-        (Some(faces), _) => format!("{faces} faces"),
-        (None, vertices) => format!("{} vertices", vertices.unwrap_or_default()),
-    };
-    let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
-        cause(rejection).map(|cause| format!("{cause}: {count} collapses rejected"))
-    });
-    let reasons: Vec<String> = reasons.collect();
-    let reasons = if reasons.is_empty() {
-        "every further collapse would fold the surface or change its topology".to_owned()
-    } else {
-        format!("{}; relax them for fewer faces", reasons.join("; "))
-    };
-    console.message(format_args!(
-        "the target of {wanted} was not reached: {} faces are left ({reasons})",
-        topology.face_count()
-    ));
 }
 
 impl Results {
@@ -370,13 +311,8 @@ impl Results {
         let topology = result.mesh.topology();
         let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
         let (faces, vertices) = (topology.face_count(), used.count());
-        let unreached = result.shortfall.as_ref().map(|shortfall| Unreached {
-            wanted_faces: shortfall.wanted_faces,
-            wanted_vertices: shortfall.wanted_vertices,
-            faces,
-            vertices,
-            held_by: shortfall.held_by.iter().map(|(r, count)| (r.name(), *count)).collect(),
-        });
+        let unreached =
+            result.shortfall.as_ref().map(|shortfall| Unreached::new(shortfall, topology));
         Self {
             preset: options.policy.preset.to_string(),
             in_force: InForce::InMemory { settings },

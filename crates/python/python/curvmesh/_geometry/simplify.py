@@ -260,6 +260,24 @@ def _choices(
     }
 
 
+def _constraints(
+    keep: str | None,
+    weight: str | None,
+    max_edge: Length | None,
+    min_angle: float | None,
+    max_valence: int | None,
+    keep_seams: bool,
+) -> dict[str, Any]:
+    return {
+        "keep": keep,
+        "weight": weight,
+        "max_edge": max_edge,
+        "min_angle": min_angle,
+        "max_valence": None if max_valence is None else whole("max_valence", max_valence),
+        "keep_seams": keep_seams,
+    }
+
+
 def _rules(
     attribute_weight: float, normal_weight: float, crease_angle: float, keep_creases: bool, attributes: bool
 ) -> dict[str, Any]:
@@ -500,14 +518,7 @@ def simplify(
         seed,
     )
     rules = _rules(attribute_weight, normal_weight, crease_angle, keep_creases, attributes)
-    constraints = {
-        "keep": keep,
-        "weight": weight,
-        "max_edge": max_edge,
-        "min_angle": min_angle,
-        "max_valence": None if max_valence is None else whole("max_valence", max_valence),
-        "keep_seams": keep_seams,
-    }
+    constraints = _constraints(keep, weight, max_edge, min_angle, max_valence, keep_seams)
     data = as_mesh(mesh)._data
     with calling("simplifying", progress, threads, callback, keep_partial) as call:
         made, told = _core.simplify(
@@ -593,11 +604,17 @@ def lod(
     feature_angle: float | None = None,
     no_intersections: bool = False,
     components: str | int = "free",
+    keep: str | None = None,
+    weight: str | None = None,
+    max_edge: Length | None = None,
+    min_angle: float | None = None,
+    max_valence: int | None = None,
     verify: bool = False,
     attribute_weight: float = 0.3,
     normal_weight: float = 0.0,
     crease_angle: float = 40.0,
     keep_creases: bool = False,
+    keep_seams: bool = False,
     attributes: bool = True,
     progress: Progress = None,
     threads: int | None = None,
@@ -621,6 +638,9 @@ def lod(
         Use the collapses of this record of a run on the same mesh.
     verify : bool
         Certify the distances of `errors`.
+    keep_seams : bool
+        Keep all seams. By default small charts are merged, in all levels, where the coarsest level has no room for
+        their borders.
 
     The other parameters are described in :func:`simplify`.
 
@@ -662,9 +682,10 @@ def lod(
         1,
     )
     rules = _rules(attribute_weight, normal_weight, crease_angle, keep_creases, attributes)
+    constraints = _constraints(keep, weight, max_edge, min_angle, max_valence, keep_seams)
     data = as_mesh(mesh)._data
     known = None if record is None else record._log
     with calling("levels of detail", progress, threads) as call:
-        found, log = _core.lod(call, data, steps, choices, rules, known)
+        found, log = _core.lod(call, data, steps, choices, rules, constraints, known)
     levels = [Level(**{**level, "mesh": Mesh._of(level["mesh"])}) for level in found]
     return Levels(levels, Record(log))
