@@ -258,7 +258,7 @@ impl<'a> Fitter<'a> {
         Some(tangent)
     }
 
-    /// A fit through the vertex, or a smoothing fit if the noise of the former is not small.
+    /// A fit through the vertex. If its noise is not small, it, or a smoothing fit if the predicted error of that is less.
     fn nearest(&mut self, vertex: VertexId, noise: f64) -> Option<FittedCurvature> {
         self.collect(vertex, 0.0);
         let mut tangent = TangentFrame::of(self.near.normal(vertex))?;
@@ -287,12 +287,15 @@ impl<'a> Fitter<'a> {
         {
             return exact;
         }
-        if noise > 0.0 { self.smoothed(vertex, noise).or(exact) } else { exact }
+        let smoothed = if noise > 0.0 { self.smoothed(vertex, noise) } else { None };
+        let error = |fit: &FittedCurvature| fit.error.value();
+        exact.into_iter().chain(smoothed).min_by(|a, b| error(a).total_cmp(&error(b)))
     }
 
-    /// The noise of a fit through the vertex above which smoothing may have less error.
+    /// The noise of a fit through the vertex above which smoothing may have less error. A model error that is not small
+    /// beside the curvature may be noise, too.
     fn least_noise(found: &Candidate) -> f64 {
-        (0.6 * found.model_error()).max(1e-4 * found.size())
+        (0.6 * found.model_error()).min(0.05 * found.size()).max(1e-4 * found.size())
     }
 
     /// Fits through the vertex as the candidates.

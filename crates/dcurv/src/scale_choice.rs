@@ -2,7 +2,8 @@
 //!
 //! Fits at small scales follow noise, fits at large scales miss details. The noise of each fit is known if the noise of
 //! the positions is. By Lepski's method (1991, On a problem of adaptive estimation in Gaussian white noise), the fit
-//! with the least noise is chosen among those that agree with all noisier fits within the noise of the latter.
+//! with the least noise is chosen among those that agree with all noisier fits within the error of the latter: its noise
+//! and, for fits through the vertex, the error of the model as the residuals tell.
 
 use crate::jet_fit::JetFit;
 
@@ -53,12 +54,12 @@ impl Candidate {
         (a * a + 2.0 * b * b + c * c).sqrt()
     }
 
-    /// Whether the form is within the noise of all of these forms that have more noise.
+    /// Whether the form is within the errors of all of these forms that have more noise.
     pub(crate) fn agrees(&self, others: &[Self]) -> bool {
         /// How many standard deviations fits may differ.
         const AGREEMENT: f64 = 2.0;
         let mut noisier = others.iter().filter(|other| other.noise >= self.noise);
-        noisier.all(|other| self.distance(other) <= AGREEMENT * other.noise)
+        noisier.all(|other| self.distance(other) <= AGREEMENT * other.noise + other.model_error())
     }
 
     /// The largest entry of the form.
@@ -81,5 +82,6 @@ pub(crate) fn choose(candidates: &mut [Candidate]) -> Option<Choice> {
     let similar =
         candidates.iter().filter(|c| (chosen.noise..2.0 * chosen.noise).contains(&c.noise));
     let spread = similar.map(|other| chosen.distance(other)).fold(0.0, f64::max);
-    Some(Choice { fit: chosen.fit, error: 4.0 * chosen.noise + 2.5 * spread })
+    let error = chosen.model_error() + 4.0 * chosen.noise + 3.0 * spread;
+    Some(Choice { fit: chosen.fit, error })
 }

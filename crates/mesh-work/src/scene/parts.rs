@@ -29,6 +29,7 @@ const LEAST_FACES: usize = 4;
 /// The share of its part of an equal division that a mesh keeps whose vertices have data that the measured error does
 /// not show: colours, skins, morph targets, numbers.
 const LEAST_SHARE: f64 = 0.5;
+
 /// The meshes of a scene with triangles.
 pub(super) fn parts(scene: &Scene, rules: &SceneRules) -> Result<Vec<Part>, SceneError> {
     let nodes: Vec<_> = scene.nodes().collect();

@@ -25,7 +25,8 @@ use crate::view::Look;
 /// results of `simplify` are.
 ///
 /// OUT is a folder for one file per level, or a GLB or glTF file for all levels, with the input as the finest one
-/// (`MSFT_lod`). A glTF scene whose levels are glTF or GLB stays a scene in each level. Without --levels, --faces or --errors, the levels have 50 %, 25 %, 10 % and 5 % of the faces.
+/// (`MSFT_lod`). A glTF scene whose levels are glTF or GLB stays a scene in each level. Without --levels, --faces or
+/// --errors, the levels have 50 %, 25 %, 10 % and 5 % of the faces.
 ///
 /// The collapses can be recorded, and levels made from the record later; they are exactly the same.
 ///
