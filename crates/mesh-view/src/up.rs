@@ -103,7 +103,8 @@ mod tests {
     fn sheets_lie_flat_and_surveys_have_z_up() {
         let saddle = Saddle { coefficient: 0.2, half_width: 1.0 };
         let sheet = saddle.mesh(8, Diagonals::Uniform).unwrap();
-        let turns: [(fn(DVec3) -> DVec3, Up); 3] = [
+        type Turn = fn(DVec3) -> DVec3;
+        let turns: [(Turn, Up); 3] = [
             (|p| p, Up::Z),
             (|p| DVec3::new(p.z, p.x, p.y), Up::X),
             (|p| DVec3::new(p.x, -p.y, -p.z), Up::MinusZ),
