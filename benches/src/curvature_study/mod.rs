@@ -557,19 +557,22 @@ fn order(rows: &[&Row]) -> Option<f64> {
         (!is_exact && order.is_finite()).then_some(order)
     };
     let mut orders: Vec<f64> =
-        exact().filter(|row| row.vertices == coarse).filter_map(|row| of_cell(row)).collect();
+        exact().filter(|row| row.vertices == coarse).filter_map(of_cell).collect();
     orders.sort_by(f64::total_cmp);
     orders.get(orders.len() / 2).copied()
 }
 
+/// A number of a row.
+type Statistic = fn(&Row) -> f64;
+
 /// In how many cells `auto` is near the best of ours, and the best of ours ahead of all other programs.
 fn comparisons(rows: &[Row]) -> String {
-    let statistics: [(&str, fn(&Row) -> f64); 2] =
+    let statistics: [(&str, Statistic); 2] =
         [("median", |row| row.k_median), ("95 %", |row| row.k_95)];
     statistics.map(|(name, of)| comparison(rows, name, of)).concat()
 }
 
-fn comparison(rows: &[Row], name: &str, of: fn(&Row) -> f64) -> String {
+fn comparison(rows: &[Row], name: &str, of: Statistic) -> String {
     let mut cells: Vec<_> = rows.iter().map(Row::cell).collect();
     cells.sort();
     cells.dedup();
