@@ -154,7 +154,7 @@ pub(crate) fn sample(
     at_places(surface, sampling, [nu, nv], &places, &triangles)
 }
 
-/// The mesh of these triangles between places in a grid of `counts` cells over the parameters.
+/// The mesh with these triangles. Places are in a grid of `counts` cells, which covers the parameters.
 fn at_places(
     surface: Surface,
     sampling: Sampling,

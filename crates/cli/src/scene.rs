@@ -48,6 +48,19 @@ enum Per {
     Mesh,
 }
 
+/// The options of all commands that need one mesh.
+const NEEDING_ONE: [&str; 9] = [
+    "keep",
+    "weight",
+    "max_edge",
+    "min_angle",
+    "max_valence",
+    "no_attributes",
+    "labels",
+    "blend",
+    "view",
+];
+
 impl Scenes {
     pub(crate) fn budget(self) -> SceneBudget {
         match self.per {
@@ -58,21 +71,22 @@ impl Scenes {
 }
 
 impl Merging {
-    /// Whether the input is a scene that stays one. It becomes one mesh, which is said, if an option is given that needs
+    /// Whether the input is a scene that stays one. It becomes one mesh, with a message, if an option is given that needs
     /// one mesh.
     pub(crate) fn keeps_scene(
         self,
         input: &Path,
         written: Option<Format>,
         loading: &Loading,
-        needing_one: &[&'static str],
+        also_needing_one: &[&'static str],
         (given, console): (&Given, &Console),
     ) -> Result<bool, Failure> {
         let is_gltf = |format: Option<Format>| matches!(format, Some(Format::Gltf | Format::Glb));
         if self.one_mesh || !is_gltf(written) || !is_gltf(loading.format(input)?) {
             return Ok(false);
         }
-        let needing = needing_one.iter().copied().find(|field| given.has(field));
+        let mut fields = also_needing_one.iter().chain(&NEEDING_ONE).copied();
+        let needing = fields.find(|field| given.has(field));
         let needing = needing.or_else(|| loading.welds_within().then_some("weld"));
         if let Some(field) = needing {
             let (name, option) = (printable(input.display()), field.replace('_', "-"));

@@ -266,9 +266,7 @@ impl Policy {
 
 /// What the result must keep, and limits on its faces.
 #[derive(Clone, Debug, Args)]
-#[command(
-    next_help_heading = "Constraints (each can leave more faces than asked for, which is said)"
-)]
+#[command(next_help_heading = "Constraints (each can leave more faces than asked for)")]
 pub(crate) struct Constraining {
     /// Keep the vertices and faces whose property of this name is not 0: vertices stay where they are,
     /// faces stay with their three corners

@@ -258,7 +258,8 @@ impl<'a> Fitter<'a> {
         Some(tangent)
     }
 
-    /// A fit through the vertex. If its noise is not small, it, or a smoothing fit if the predicted error of that is less.
+    /// A fit through the vertex. If its noise is not small, a smoothing fit is tried, and the fit with the smaller
+    /// predicted error is returned.
     fn nearest(&mut self, vertex: VertexId, noise: f64) -> Option<FittedCurvature> {
         self.collect(vertex, 0.0);
         let mut tangent = TangentFrame::of(self.near.normal(vertex))?;

@@ -266,8 +266,8 @@ impl JetSolver {
     /// Adds fits that smooth within about `radius`: with weights `1 / (1 + (distance / radius)^8)`, a free constant,
     /// and the vertex as a point like the others.
     ///
-    /// Cholesky's factorisation of the normal equations, because the weights have a small range. Their noise variance is
-    /// an upper bound: that of points whose noise decreases with their weight, as is optimal for these weights.
+    /// Cholesky's factorisation of the normal equations, because the weights have a small range. The noise variance is
+    /// an upper bound. It is exact if the noise variance of each point is the inverse of its weight, which is at most 1.
     pub(crate) fn smoothing(
         &mut self,
         points: &[HeightPoint],

@@ -54,7 +54,7 @@ impl Candidate {
         (a * a + 2.0 * b * b + c * c).sqrt()
     }
 
-    /// Whether the form is within the errors of all of these forms that have more noise.
+    /// Whether the form agrees with each noisier one of `others`, within the error of the noisier form.
     pub(crate) fn agrees(&self, others: &[Self]) -> bool {
         /// How many standard deviations fits may differ.
         const AGREEMENT: f64 = 2.0;

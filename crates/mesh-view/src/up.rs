@@ -70,7 +70,7 @@ impl Up {
             low = low.min(a).min(b).min(c);
             high = high.max(a).max(b).max(c);
         }
-        // Larger side minus smaller side, of both.
+        // A sheet is seen from one side: along an axis, the projected areas of its faces have one sign.
         let sides = [(Self::X, Self::MinusX), (Self::Y, Self::MinusY), (Self::Z, Self::MinusZ)];
         let axis = |k: usize| (sum[k].abs() >= (2.0 * MOST - 1.0) * absolute[k], absolute[k]);
         let flat = (0..3).filter(|&k| axis(k).0 && 2.0 * absolute[k] > area);

@@ -35,7 +35,7 @@ pub(crate) struct MergedCharts {
     roots: Vec<u32>,
 }
 
-/// A mesh with charts, one of those that share the wanted faces.
+/// A mesh with charts. It shares the wanted faces with other meshes.
 pub(crate) struct Charted<'a> {
     pub(crate) mesh: &'a TriMesh,
     pub(crate) seams: &'a EdgeMap<bool>,

@@ -58,8 +58,8 @@ pub(crate) fn run(options: &Convert, session: &Session) -> Result<Outcome, Failu
     options.job.run(session, &|task, console| one(options, task, &session.given, console))
 }
 
-/// The options that need one mesh: repairs, and the meaning of its numbers.
-const NEEDING_ONE: [&str; 11] = [
+/// Further options that need one mesh: repairs.
+const NEEDING_ONE: [&str; 9] = [
     "strict",
     "lenient",
     "weld",
@@ -69,8 +69,6 @@ const NEEDING_ONE: [&str; 11] = [
     "reorient",
     "cut_non_manifold",
     "drop_unreferenced",
-    "labels",
-    "blend",
 ];
 
 fn one(options: &Convert, task: &Task, given: &Given, console: &Console) -> Result<Done, Failure> {

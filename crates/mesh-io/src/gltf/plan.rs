@@ -225,7 +225,7 @@ struct Kinds {
     has_fractions: bool,
     /// The number of vertex sets that have them.
     sets: usize,
-    /// The last of these sets.
+    /// The last vertex set that has them.
     last: usize,
 }
 

@@ -82,7 +82,7 @@ pub(crate) struct Estimate {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EstimatorName {
-    /// Surfaces fitted at each vertex, at a scale that follows the noise of the mesh. Sums are those of `vertex`
+    /// Surfaces fitted at each vertex, at a scale that follows the noise of the mesh. Sums over the mesh come from `vertex`
     #[default]
     Auto,
     /// Angles and dihedral angles at each vertex, as in the papers

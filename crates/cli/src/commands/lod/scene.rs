@@ -19,20 +19,8 @@ use crate::simplify_options::{settings, show};
 use crate::task::{Report, Source, tell_pictures};
 use crate::text::printable;
 
-/// The options that need one mesh.
-const NEEDING_ONE: [&str; 11] = [
-    "record",
-    "replay",
-    "keep",
-    "weight",
-    "max_edge",
-    "min_angle",
-    "max_valence",
-    "no_attributes",
-    "labels",
-    "blend",
-    "view",
-];
+/// Further options that need one mesh.
+const NEEDING_ONE: [&str; 2] = ["record", "replay"];
 
 #[derive(Serialize)]
 struct Results {

@@ -14,22 +14,8 @@ use crate::simplify_options::{cause, settings, show};
 use crate::task::{Done, Report, Task};
 use crate::text::printable;
 
-/// The options that need one mesh.
-const NEEDING_ONE: [&str; 13] = [
-    "vertices",
-    "bytes",
-    "max_cost",
-    "time_limit",
-    "keep",
-    "weight",
-    "max_edge",
-    "min_angle",
-    "max_valence",
-    "no_attributes",
-    "labels",
-    "blend",
-    "view",
-];
+/// Further options that need one mesh.
+const NEEDING_ONE: [&str; 4] = ["vertices", "bytes", "max_cost", "time_limit"];
 
 #[derive(Serialize)]
 struct Results {
