@@ -30,7 +30,7 @@ pub use policies::{Policies, Schedule};
 pub use policy::{Needs, Policy, Scratch};
 pub use protect::{Boundary, Protect, Protected};
 pub use record::level::{Level, with_gaps};
-pub use record::log::record::RecordError;
+pub use record::log::serialization::RecordError;
 pub use record::log::{CollapseLog, LogEntry, ReplayError};
 pub use record::run::{Phase, Progress, Run};
 pub use record::snapshot::Snapshot;

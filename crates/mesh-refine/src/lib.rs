@@ -15,7 +15,7 @@ mod multiresolution;
 mod norm;
 mod observer;
 mod pipeline;
-mod texture_fit;
+mod texture_folds;
 mod vertex_relocation;
 
 pub use anneal::{AnnealOptions, AnnealReport, anneal};
@@ -33,4 +33,4 @@ pub use max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error};
 pub use norm::{FitNorm, UnknownNorm};
 pub use observer::{Observe, Observer};
 pub use pipeline::{Pipeline, Refined, Steps};
-pub use texture_fit::Texture;
+pub use texture_folds::Texture;

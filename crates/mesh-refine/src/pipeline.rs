@@ -13,7 +13,7 @@ use crate::fit::spread::area;
 use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
 use crate::observer::Observer;
-use crate::texture_fit::{Texture, TextureCheck, fit_unfolded};
+use crate::texture_folds::{Texture, TextureCheck, fit_unfolded};
 use mesh_collapse::{Boundary, FaceLimits, Level, Protect, Protected};
 
 /// A level and the refinement that it has had.

@@ -26,5 +26,5 @@ pub use plan::{Plan, rules};
 pub use preset::{Preset, UnknownPreset};
 pub use shortfall::Shortfall;
 pub use simplify::{Simplified, simplify, simplify_observed, simplify_with};
+pub use tolerance::collapses_within::collapses_within;
 pub use tolerance::measure::{AchievedError, ErrorCheck};
-pub use tolerance::within::collapses_within;

@@ -1,9 +1,9 @@
 //! The greedy loop, which processes edges from the cheapest to the most expensive.
 
-mod detail;
 pub(crate) mod edge_collapse;
 mod evaluate;
 mod one_ring_sums;
+mod patch_detail;
 mod schedule;
 pub(crate) mod start;
 mod stepper;

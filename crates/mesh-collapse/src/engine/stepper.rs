@@ -4,8 +4,8 @@ use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh, VertexId, parallel};
 
 use crate::cost::{Cost, Reach};
-use crate::engine::detail::Detail;
 use crate::engine::evaluate::{Assessment, assess, cost_at, early_bound};
+use crate::engine::patch_detail::Detail;
 use crate::engine::schedule::EdgeQueue;
 use crate::engine::schedule::queue::Entry;
 use crate::engine::schedule::rounds::Visit;

@@ -4,7 +4,7 @@ use glam::DVec3;
 use mesh_core::crossing::Triangle;
 use mesh_core::{FaceId, FaceTree, TriMesh, TriangleBounds, VertexId, triangles_cross};
 
-use crate::geometry::contact::Contacts;
+use crate::geometry::part_contacts::Contacts;
 
 /// A face after a change.
 pub struct ChangedFace {

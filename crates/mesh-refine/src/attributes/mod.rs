@@ -10,7 +10,7 @@
 //! - Values are never mixed across a seam, neither by the run nor by the transfer.
 //! - Values are scaled to model units, so that they can be added to distances.
 //!
-//! Uses `mesh-collapse` and `mesh-metric`. The module `texture_fit`, one layer above, keeps a fit from folding the
+//! Uses `mesh-collapse` and `mesh-metric`. The module `texture_folds`, one layer above, keeps a fit from folding the
 //! texture.
 //!
 //! Layers, lowest first: `wedges`; `attribute_deviation`, which guides a run, and `transfer`, which evaluates its

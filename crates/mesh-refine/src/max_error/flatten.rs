@@ -11,7 +11,7 @@ use crate::fit::constraints::FitConstraints;
 use crate::fit::moves::cross;
 use crate::fit::spread::{Spot, Spread, area};
 use crate::fit::{FitOptions, FitTarget, LocalFit, share_of_one};
-use crate::max_error::change::Became;
+use crate::max_error::distance_update::Became;
 use crate::max_error::points::{Heights, Most, Peaks};
 use crate::observer::Observer;
 

@@ -7,7 +7,7 @@
 //! from the original are moved back to it. The result of a round is kept if the largest distance has fallen and the
 //! root mean square is not much larger than at the start.
 
-mod change;
+mod distance_update;
 mod elements;
 mod flatten;
 mod place;
@@ -21,7 +21,7 @@ use crate::collapse_back::{Back, CollapseBack, collapse_back};
 use crate::error::RefineError;
 use crate::fit::FitOptions;
 use crate::fit::constraints::FitConstraints;
-use crate::max_error::change::Became;
+use crate::max_error::distance_update::Became;
 use crate::max_error::points::{Heights, Most, Peaks, Points};
 use crate::observer::Observer;
 

@@ -19,8 +19,8 @@ use mesh_metric::{ClosestPoint, Surface, SurfaceError};
 use mesh_refine::FaceLists;
 
 use crate::tolerance::coverage::{Reach, Segment};
+use crate::tolerance::edge_coverage;
 use crate::tolerance::edge_face_incidence::EdgeFaceIncidence;
-use crate::tolerance::incident_edges;
 use crate::tolerance::prepared_triangle::{Prepared, Triangle};
 use crate::tolerance::proofs::{Proofs, are_proved};
 
@@ -165,7 +165,7 @@ impl<'a> DistanceConstraint<'a> {
             rim.push(from);
         }
         let (distance, least) = (self.reach.distance(), self.reach.least());
-        let holds = incident_edges::are_within(hub, &rim, self.original, distance, least)
+        let holds = edge_coverage::are_within(hub, &rim, self.original, distance, least)
             && self.covers_edges(patch, ties)
             && (!self.proofs.are_needed(hub, &rim) || are_proved(&new, self.original, distance));
         if holds {

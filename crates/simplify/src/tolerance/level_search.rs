@@ -7,7 +7,7 @@ use mesh_refine::{CollapseBack, Observer, Pipeline, Refined};
 use crate::error::SimplifyError;
 use crate::tolerance::bisection::{between, scaled};
 use crate::tolerance::decimate::decimate_to_tolerance;
-use crate::tolerance::lower_bound_search::LowerBoundSearch;
+use crate::tolerance::level_estimate::LevelEstimate;
 use crate::tolerance::measure::{AchievedError, Measuring};
 
 /// Input of the search.
@@ -49,7 +49,7 @@ impl LevelSearch<'_> {
         observer: &mut Observer<'_>,
     ) -> Result<Option<Found>, SimplifyError> {
         let total = self.log.len();
-        let guess = LowerBoundSearch {
+        let guess = LevelEstimate {
             mesh: self.mesh,
             protected: &self.protected,
             log: self.log,

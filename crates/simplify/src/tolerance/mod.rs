@@ -14,17 +14,17 @@
 //! depend on the options of a run: the caller passes what to refine, measure and decimate.
 //!
 //! Layers, lowest first: `measure`, `bisection`, `edge_face_incidence`, `prepared_triangle`, `proofs`, `coverage` and
-//! `incident_edges`; `lower_bound_search`, `within` and `distance_constraint`; `decimate`; `level_search`.
+//! `edge_coverage`; `level_estimate`, `collapses_within` and `distance_constraint`; `decimate`; `level_search`.
 
 mod bisection;
+pub(crate) mod collapses_within;
 mod coverage;
 mod decimate;
 mod distance_constraint;
+mod edge_coverage;
 mod edge_face_incidence;
-mod incident_edges;
+pub(crate) mod level_estimate;
 pub(crate) mod level_search;
-pub(crate) mod lower_bound_search;
 pub(crate) mod measure;
 mod prepared_triangle;
 mod proofs;
-pub(crate) mod within;

@@ -1,6 +1,6 @@
 //! The record of a run: every collapse, in order.
 
-pub(crate) mod record;
+pub(crate) mod serialization;
 
 use glam::DVec3;
 use mesh_core::edit::CollapseRefusal;

@@ -12,7 +12,7 @@ use mesh_collapse::{CollapseLog, Level, LogEntry, Phase, Protected, Snapshot, wi
 use mesh_refine::Observer;
 
 /// Input of the estimate.
-pub(crate) struct LowerBoundSearch<'a> {
+pub(crate) struct LevelEstimate<'a> {
     pub(crate) mesh: &'a TriMesh,
     pub(crate) protected: &'a Protected,
     /// The run on the mesh.
@@ -43,7 +43,7 @@ const BETWEEN: f64 = 0.97;
 /// Vertices of the original in one query.
 const BLOCK: usize = 1 << 16;
 
-impl LowerBoundSearch<'_> {
+impl LevelEstimate<'_> {
     /// The number of collapses at which the vertices of the original are still within the limit of the level before it
     /// is finished, and that level. A finer level when the observer stops the search. If the run has left snapshots,
     /// the search continues from them.
@@ -219,14 +219,8 @@ mod tests {
             for (limit, both_ways) in
                 [(1e-5, true), (0.002, true), (0.01, true), (0.01, false), (10.0, true)]
             {
-                let guess = LowerBoundSearch {
-                    mesh: &mesh,
-                    protected,
-                    log: &log,
-                    original,
-                    limit,
-                    both_ways,
-                };
+                let guess =
+                    LevelEstimate { mesh: &mesh, protected, log: &log, original, limit, both_ways };
                 for snapshot in &snapshots {
                     let stage = guess.stage(snapshot.clone());
                     let replayed = Level::new(&mesh, protected, &log, stage.done).unwrap();
