@@ -17,14 +17,14 @@ use mesh_work::Length;
 /// Options of every command.
 #[derive(Debug, Args)]
 pub(crate) struct Common {
-    /// Print one JSON object to stdout, errors too, and nothing else there; for many files, one
-    /// object per line for each and one for all
+    /// Print only JSON to stdout: one object, also for an error. Many files give one line per file, and
+    /// one for the run
     #[arg(long, global = true)]
     pub(crate) json: bool,
     /// Number of threads [default: one per core]; results do not depend on it
     #[arg(long, global = true, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<NonZero<usize>>,
-    /// No messages and no progress on stderr, save for errors
+    /// Print only errors to stderr, no messages and no progress
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
 }
@@ -92,7 +92,7 @@ pub(crate) fn is_standard(path: &Path) -> bool {
 /// The area that belongs to a vertex.
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 pub(crate) enum AreaName {
-    /// What is nearer to the vertex than to the others of a triangle
+    /// The part of each triangle that is nearer to this vertex than to its other two
     #[default]
     Voronoi,
     /// A third of every triangle
@@ -108,7 +108,7 @@ impl From<AreaName> for VertexArea {
     }
 }
 
-/// How the curvature of faces is read off normal sections.
+/// How the curvature of faces is computed from normal sections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EstimatorPreset {
     /// As Szilvási-Nagy 2010 prints it
@@ -141,28 +141,28 @@ pub(crate) struct RepairOptions {
     /// A mesh that needs no repair stays as it is. With this option, only the repairs that are named are made.
     #[arg(long, conflicts_with = "lenient")]
     pub(crate) strict: bool,
-    /// Make all of the repairs below, with an exact weld, whether they are needed or not
+    /// Make all repairs below, needed or not, and merge vertices at equal positions
     #[arg(long)]
     pub(crate) lenient: bool,
     /// Merge vertices at equal positions, or within a distance; or none
     #[arg(long, value_name = "none|exact|LENGTH")]
     pub(crate) weld: Option<WeldName>,
-    /// Drop faces that refer to vertices that are not there
+    /// Drop faces that refer to vertices that do not exist
     #[arg(long)]
     pub(crate) drop_out_of_range: bool,
     /// Drop triangles that use a vertex twice
     #[arg(long)]
     pub(crate) drop_degenerate: bool,
-    /// Of faces with the same vertices, keep the first
+    /// Keep only the first of all faces with the same vertices
     #[arg(long)]
     pub(crate) drop_duplicates: bool,
     /// Reverse faces until neighbours agree and components face outward
     ///
-    /// Closed components are decided by their volume; nested shells alternate between solid and cavity. Open ones are
-    /// decided by the side that is visible from outside; sheets for which neither decides stay as they are.
+    /// The volume of a closed component decides; nested shells alternate between solid and cavity. For an open component,
+    /// the side that is visible from outside decides. Sheets for which neither decides stay as they are.
     #[arg(long)]
     pub(crate) reorient: bool,
-    /// Cut the surface apart along edges of more than two faces and at pinched vertices
+    /// Cut the surface apart along edges with more than two faces and at pinched vertices
     #[arg(long)]
     pub(crate) cut_non_manifold: bool,
     /// Drop vertices that no face uses

@@ -34,7 +34,7 @@ const AFTER_HELP: &str = "\
 `curvmesh COMMAND --help` has examples and all options.
 Formats, in and out: OBJ, PLY, STL, OFF, glTF, GLB.
 Exit codes: 0 done; 2 wrong usage; 3 unreadable or malformed input; 4 the mesh cannot be
-processed as asked, or some of many files could not; 130 interrupted; 1 anything else.";
+processed as requested, or some of many files failed; 130 interrupted; 1 any other error.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

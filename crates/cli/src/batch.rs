@@ -46,11 +46,11 @@ pub(crate) struct Job {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct Many {
-    /// Pass over files whose result is there and not older than they are; `simplify --memory` goes on where
-    /// an earlier run was interrupted
+    /// Skip files whose result exists and is not older than the file; `simplify --memory` continues an
+    /// interrupted run
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Do only the K-th of N parts of the files, as in 2/16, for job arrays
+    /// Process only the K-th of N parts of the files, as in 2/16, for job arrays
     #[arg(long, value_name = "K/N", value_parser = parse_shard)]
     shard: Option<Shard>,
 }

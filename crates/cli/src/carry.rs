@@ -18,20 +18,20 @@ pub(crate) const ONLY_SHAPES: &str = "only positions and faces go through region
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Attributes")]
 pub(crate) struct Carry {
-    /// How much shifts of texture and colours count; 0 for not at all. At 1 a texture that shifts by
-    /// one model unit is as bad as a surface that does, and so is a colour that changes from black
-    /// to white on a mesh that measures 100 units
+    /// Weight of shifts of texture and colours; 0 for none. At 1, a shift of the texture by one model
+    /// unit costs as much as a shift of the surface by one unit. On a mesh that measures 100 units, so
+    /// does a change from black to white
     #[arg(long, value_name = "W", default_value_t = 0.3, value_parser = parse_not_negative)]
     attribute_weight: f64,
-    /// How much normals of the file count on top of the shape; 0 for not at all. At 1 a normal that
-    /// turns by one radian on a mesh that measures 100 units is as bad as a surface that shifts by one
+    /// Weight of the normals of the file, in addition to the shape; 0 for none. At 1, a normal that turns
+    /// by one radian on a mesh that measures 100 units costs as much as a shift of the surface by one unit
     #[arg(long, value_name = "W", default_value_t = 0.0, value_parser = parse_not_negative)]
     normal_weight: f64,
-    /// Normals of the file that differ by more than this across an edge, or from the simplified
-    /// surface, are a crease
+    /// Angle at which normals of the file that differ across an edge make it a crease. Normals that differ
+    /// more from the simplified surface are computed anew
     #[arg(long, value_name = "DEGREES", default_value = "40", value_parser = parse_angle)]
     crease_angle: f64,
-    /// Keep creases as feature lines, as borders of texture charts, materials and groups are
+    /// Keep creases as feature lines, like the borders of texture charts, materials and groups
     #[arg(long)]
     keep_creases: bool,
     /// Leave out texture coordinates, normals, colours, materials and groups

@@ -27,7 +27,7 @@ pub(crate) struct Large {
     /// files
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub(crate) memory: Option<u64>,
-    /// The folder for these files [default: OUT.work, which is removed in the end]
+    /// The folder for these files [default: OUT.work, which is removed at the end]
     #[arg(long, value_name = "DIR", requires = "memory")]
     pub(crate) work_dir: Option<PathBuf>,
 }
@@ -352,7 +352,7 @@ pub(crate) fn settings(
     Ok(Settings { options, finer_levels, repairs: repairs(repair)?, capacity, prove })
 }
 
-/// All settings of a run with a memory limit, with those of the preset, for reports.
+/// All settings of a run with a memory limit, with the preset expanded, for reports.
 #[derive(Serialize)]
 pub(crate) struct RegionSettings {
     settings: Options,

@@ -47,22 +47,21 @@ impl Seconds {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Input")]
 pub(crate) struct ReadOptions {
-    /// The format of the input [default: found out from its content]
+    /// The format of the input [default: detected from its content]
     #[arg(long, value_name = "FORMAT")]
     from: Option<FormatName>,
-    /// Which other files the input may name to be read with it, like material libraries and buffers:
-    /// those in its folder and below, none, or any
+    /// Other files that the input may refer to, such as material libraries and buffers: files in its
+    /// folder and below, none, or any
     #[arg(long, value_enum, default_value_t)]
     external: ExternalName,
-    /// The most memory that reading may take, like 500M or 4G [default: 64 MiB and 60 times the size
-    /// of the file]
+    /// Memory limit of reading, such as 500M or 4G [default: 64 MiB and 60 times the size of the file]
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     max_memory: Option<u64>,
-    /// Take a file without any vertex for an empty mesh, not for an error
+    /// Accept a file without vertices as an empty mesh
     #[arg(long)]
     allow_empty: bool,
-    /// Named numbers that are labels: copied from the nearest vertex or face, and kept apart by their
-    /// borders on faces [default: whole numbers]
+    /// Named numbers that are labels: they are copied from the nearest vertex or face, and borders
+    /// between labels of faces are kept [default: whole numbers]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     labels: Vec<String>,
     /// Named numbers that are interpolated [default: those with fractions]
@@ -109,8 +108,8 @@ pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
 pub(crate) struct Loading {
     #[command(flatten)]
     read: ReadOptions,
-    /// Lengths are shares of the diagonal of the bounding box, not in model units; those with a %
-    /// sign, like 0.2%, always are
+    /// Read lengths as shares of the diagonal of the bounding box, not in model units. Lengths with a %
+    /// sign, such as 0.2%, are always shares
     #[arg(long)]
     pub(crate) relative: bool,
     #[command(flatten)]

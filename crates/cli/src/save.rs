@@ -29,12 +29,12 @@ pub(crate) struct SaveOptions {
     /// Width of the numbers in PLY: `exact` takes 32 bits where they suffice, 64 otherwise
     #[arg(long, value_enum, default_value_t)]
     pub(crate) precision: PrecisionName,
-    /// Let the material library and the pictures beside an OBJ file replace files of others
+    /// Let the companion files of an OBJ file, its material library and pictures, replace any file
     ///
-    /// Without it they replace only those of an earlier run with the same output.
+    /// Without this option, they replace only files of an earlier run with the same output.
     #[arg(long)]
     pub(crate) overwrite_companions: bool,
-    /// Where a binary STL file has the colours of faces
+    /// How a binary STL file stores the colours of faces
     #[arg(long, value_enum, default_value_t)]
     pub(crate) stl_colors: StlColorsName,
 }
@@ -50,7 +50,7 @@ pub(crate) enum StlColorsName {
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
 pub(crate) enum EncodingName {
-    /// What is usual for the format
+    /// The usual encoding of the format
     #[default]
     Usual,
     Text,

@@ -32,22 +32,21 @@ pub(crate) struct Targets {
     /// Stop with this many vertices; for example 1500 or 1.5k
     #[arg(long, value_name = "N", value_parser = parse_elements)]
     vertices: Option<usize>,
-    /// Stop at this share of the faces; for example 0.1 or 10% [default: 50% where no target is given]
+    /// Stop at this share of the faces; for example 0.1 or 10% [default: 50% if no target is given]
     #[arg(long, value_name = "R", value_parser = parse_ratio)]
     ratio: Option<f64>,
-    /// Find the most faces whose file has at most this size, for example 5MB or 300k: K, M and G are
-    /// powers of 1000, KiB, MiB and GiB powers of 1024. Takes several runs; files beside the output,
-    /// such as pictures, are not counted
+    /// Find the most faces whose file has at most this size, for example 5MB or 300k. K, M and G are powers of 1000; KiB,
+    /// MiB and GiB are powers of 1024. This takes several runs. Companion files, such as pictures, are not counted
     #[arg(long, value_name = "SIZE", value_parser = parse_file_size, conflicts_with_all = ["faces", "vertices", "ratio"])]
     pub(crate) bytes: Option<u64>,
-    /// Stay within this distance of the input, and the input within it of the result. If this is the
-    /// only target, fast, default and quality give the same mesh
+    /// Largest distance between input and result, in both directions. If this is the only target, fast,
+    /// default and quality give the same mesh
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     max_error: Option<Length>,
     /// Stop before a collapse that costs more than this, in the unit of the metric
     #[arg(long, value_name = "C", value_parser = parse_not_negative)]
     max_cost: Option<f64>,
-    /// Stop collapsing after so many seconds
+    /// Time limit of the collapses in seconds
     #[arg(long, value_name = "SECONDS", alias = "time", value_parser = parse_seconds)]
     time_limit: Option<Duration>,
 }
@@ -125,7 +124,7 @@ pub(crate) struct Goals {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Simplification")]
 pub(crate) struct Policy {
-    /// The options to start from, from quick to careful
+    /// Named set of options; single options below override it
     ///
     /// - draft:         fastest; quadrics without refinement
     /// - fast:          quadrics that keep the volume, without refinement
@@ -141,11 +140,11 @@ pub(crate) struct Policy {
         value_parser = |s: &str| s.parse::<Preset>(),
     )]
     pub(crate) preset: Preset,
-    /// Position of the vertex that a collapse leaves [default: that of the preset]
+    /// Position of the vertex that remains after a collapse [default: as in the preset]
     ///
     /// - optimal-volume:    least cost among the positions that keep the volume
     /// - optimal:           least cost
-    /// - endpoint:          the better end: the vertices are a subset of the original ones
+    /// - endpoint:          the better end, so that the vertices are a subset of the input vertices
     /// - midpoint:          the middle of the edge
     /// - butterfly:         the point of butterfly subdivision
     /// - curvature-optimal: least change of the curvature norm, a slow search; for presets paper-...
@@ -154,12 +153,12 @@ pub(crate) struct Policy {
         value_parser = |s: &str| s.parse::<PlacementRule>(),
     )]
     placement: Option<PlacementRule>,
-    /// How much a change of curvature raises the cost; 0 for not at all [default: that of the
-    /// preset]
+    /// Weight of the curvature factor, which raises the cost where curvature changes; 0 for none
+    /// [default: as in the preset]
     #[arg(long, value_name = "W", value_parser = parse_not_negative)]
     curvature_weight: Option<f64>,
-    /// Number of fitting rounds; 0 skips the fit. With 4 or more, one is skipped if at least 20 % of
-    /// the faces remain [default: that of the preset]
+    /// Number of fitting rounds; 0 skips the fit. With 4 or more, one round is left out if at least 20 %
+    /// of the faces remain [default: as in the preset]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 0..=MOST_ROUNDS))]
     fit_rounds: Option<usize>,
     /// Error norm that fitting minimises [default: l2]
@@ -169,26 +168,26 @@ pub(crate) struct Policy {
     /// - max: the largest distance; the mean rises
     #[arg(long, value_name = "NORM", verbatim_doc_comment, value_parser = |s: &str| s.parse::<FitNorm>())]
     norm: Option<FitNorm>,
-    /// Anneal for so many seconds at most, with the presets quality and extreme
+    /// Time limit of annealing in seconds (presets quality and extreme)
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     anneal_time: Option<Duration>,
     /// Keep every boundary vertex where it is
     #[arg(long)]
     lock_boundary: bool,
-    /// Keep edges as feature lines where the normals of the two faces are farther apart than this
+    /// Keep edges with a larger dihedral angle than this as feature lines
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     feature_angle: Option<f64>,
-    /// Refuse collapses, moves and flips that make faces cross that did not before
+    /// Reject collapses, moves and flips that would make faces cross that did not cross before
     #[arg(long)]
     no_intersections: bool,
-    /// What becomes of small parts: `free` lets them be worn away, `keep` leaves each at least a
-    /// tetrahedron, a number leaves each at least so many vertices
+    /// Small components: `free` lets them shrink to nothing, `keep` keeps at least a tetrahedron of each,
+    /// and N keeps at least N vertices of each
     #[arg(long, value_name = "free|keep|N", default_value = "free", value_parser = parse_components)]
     components: Components,
     /// Prove the distance from the input, and that it is within --max-error
     #[arg(long)]
     verify: bool,
-    /// Where the random numbers of the fit start
+    /// Seed of the random numbers of fitting
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
 }
@@ -272,17 +271,17 @@ pub(crate) struct Constraining {
     /// faces stay with their three corners
     #[arg(long, value_name = "PROPERTY")]
     keep: Option<String>,
-    /// Importance of vertices, a property of at least 0: costs and errors near a vertex count so
-    /// many times
+    /// Importance of vertices: a property of at least 0, by which costs and errors near a vertex are
+    /// multiplied
     #[arg(long, value_name = "PROPERTY")]
     weight: Option<String>,
     /// Make no edge longer than this; edges of the input may stay
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     max_edge: Option<Length>,
-    /// Make no face with a smaller angle than this, which is below 60; faces of the input may stay
+    /// Make no face with a smaller angle than this (below 60); faces of the input may stay
     #[arg(long, value_name = "DEGREES", value_parser = parse_narrow_angle)]
     min_angle: Option<f64>,
-    /// Give no vertex more edges than this, at least 3, or than a vertex of the input in its place
+    /// Give no vertex more edges than this (at least 3), unless a vertex of the input in its place has more
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 3..=usize::MAX))]
     max_valence: Option<usize>,
 }
@@ -328,7 +327,7 @@ pub(crate) fn cause(rejection: Rejection) -> Option<&'static str> {
     })
 }
 
-/// All settings of a run, with those of the preset, for reports. Maps over the elements of the mesh are left out.
+/// All settings of a run, with the preset expanded, for reports. Maps over the elements of the mesh are left out.
 pub(crate) fn settings(options: &Options) -> Options {
     let Options { target, cost, placement, protect, refine, tolerance, attributes, record } =
         options;
@@ -472,7 +471,7 @@ pub(crate) fn tell_kept(
     }
 }
 
-/// All settings, with those of the preset.
+/// All settings, with the preset expanded.
 #[derive(Default, Serialize)]
 pub(crate) struct Settings {
     #[serde(flatten)]

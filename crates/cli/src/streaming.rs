@@ -24,11 +24,11 @@ use crate::task::Task;
 #[command(next_help_heading = "Meshes larger than memory")]
 pub(crate) struct Streaming {
     /// The memory limit, such as 512MiB or 4G. A mesh that needs more is streamed through temporary files,
-    /// positions and faces alone
+    /// with positions and faces only
     #[arg(id = "within", long = "memory", value_name = "BYTES", value_parser = parse_bytes)]
     memory: Option<u64>,
-    /// The folder in which a folder for temporary files is created, which is removed in the end [default:
-    /// the folder of the output, or the system's folder for temporary files]
+    /// Where to create the folder for temporary files, which is removed at the end [default: the folder of
+    /// the output, or the system's folder for temporary files]
     #[arg(long, value_name = "DIR", requires = "within")]
     work_dir: Option<PathBuf>,
 }

@@ -23,7 +23,7 @@ use crate::text::printable;
 /// The option of commands that can show what they did.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct Look {
-    /// Also make a page on which one can see what was done: a single HTML file that opens offline
+    /// Also make a page that shows the result: a single HTML file that opens offline
     #[arg(long, value_name = "PAGE.html", help_heading = None, value_parser = parse_page())]
     view: Option<PathBuf>,
 }
@@ -156,7 +156,7 @@ pub(crate) fn content(
     Exhibit::of_model(name, model, pictures).map_err(refused)
 }
 
-/// The largest distance from a surface that each face has at its corners and inside. About so many points are measured.
+/// The largest distance from a surface that each face has at its corners and inside, measured at about this many points.
 pub(crate) fn largest_distances(
     exhibit: &Exhibit,
     to: &Surface,

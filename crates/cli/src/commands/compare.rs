@@ -24,7 +24,7 @@ use mesh_work::{Length, parse_length};
 ///
 /// Each file gets a row: its faces, its mean, root mean square and largest distance from the
 /// reference (both directions, in % of the diagonal of the reference), and the mean angle between
-/// normals. No surface need be a manifold.
+/// normals. The surfaces need not be manifolds.
 ///
 ///     curvmesh compare scan.ply small.ply smaller.ply
 ///     curvmesh compare scan.ply ours.ply theirs.ply --exact 0.01% --view compare.html
@@ -41,10 +41,10 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "N", default_value_t = 200_000, value_parser = |text: &str| parse_count(text, 1..=MOST_SAMPLES))]
     samples: usize,
     /// Also prove an upper bound of the Hausdorff distance, at most this much above a lower bound;
-    /// shares are of the diagonal of the reference
+    /// percentages refer to the diagonal of the reference
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     exact: Option<Length>,
-    /// Where the random numbers of the samples start
+    /// Seed of the random numbers of the samples
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
     #[command(flatten)]

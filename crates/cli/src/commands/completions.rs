@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::save::save_bytes;
 use crate::session::Outcome;
 
-/// Print the completions of a shell
+/// Print the completions for a shell
 ///
 ///     curvmesh completions bash > ~/.local/share/bash-completion/completions/curvmesh
 ///     curvmesh completions zsh > ~/.zfunc/_curvmesh

@@ -12,7 +12,7 @@ use crate::session::{Outcome, Session};
 use crate::streaming::{self, Streaming};
 use crate::task::{Done, Task};
 
-/// Convert between formats, repairing as asked
+/// Convert between formats, with repairs if requested
 ///
 /// Without repairs the faces are written as they are read, polygons and defects included. With
 /// repairs the output is an oriented 2-manifold of triangles. A scene that is written as glTF or GLB

@@ -27,13 +27,13 @@ use crate::text::printable;
 use crate::view::{self, Look, name_of};
 use mesh_work::{Length, Loaded, diagonal, is_point_cloud, parse_length};
 
-/// Measure the distance between two surfaces, from each to the other, or of points from a surface
+/// Measure the distance between two surfaces in both directions, or of points from a surface
 ///
-/// Mean and root mean square are over the area, from samples; the maximum is over samples, edges
-/// and vertices. All are in model units. Neither surface need be a manifold.
+/// Mean and root mean square are weighted by area, and come from samples. The maximum is over
+/// samples, edges and vertices. All are in model units. The surfaces need not be manifolds.
 ///
-/// A file without faces is a point cloud. Points are measured to the other surface, in this direction
-/// only; two clouds in both directions, to the nearest points.
+/// A file without faces is a point cloud. The distance of its points from a surface is measured in
+/// this direction only. Two point clouds are measured in both directions, to the nearest points.
 ///
 ///     curvmesh distance scan.ply simplified.ply
 ///     curvmesh distance scan.ply simplified.ply --exact 0.01% --json
@@ -52,20 +52,20 @@ pub(crate) struct Distance {
     /// Samples in each direction, uniform by area
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = |text: &str| parse_count(text, 0..=MOST_SAMPLES))]
     samples: usize,
-    /// Also prove bounds of the Hausdorff distance, at most this far apart; shares are of the diagonal
-    /// of A
+    /// Also prove bounds of the Hausdorff distance that differ by at most this; percentages refer to the
+    /// diagonal of A
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     exact: Option<Length>,
-    /// Also give distances a sign, negative inside: by the winding number of a closed surface, else by
-    /// the pseudonormal at the closest point, which means behind the surface. Numbers and colours of -o
-    /// and --view have the sign as well
+    /// Also give distances a sign, negative inside. For a closed surface, the winding number decides;
+    /// otherwise the pseudonormal at the closest point: points behind the surface count as inside. Numbers
+    /// and colours of -o and --view have the sign as well
     #[arg(long)]
     signed: bool,
-    /// Where the random numbers of the samples start
+    /// Seed of the random numbers of the samples
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Write A with the distance of every vertex from B as colours and as a number; `-` is the
-    /// standard output
+    /// Write A with the distance of every vertex from B as a colour and a number; `-` is the standard
+    /// output
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     #[command(flatten)]

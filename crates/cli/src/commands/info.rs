@@ -23,9 +23,9 @@ use crate::task::{Done, Report, Task};
 
 /// Count the parts and defects of a mesh, and measure it
 ///
-/// Works on anything that can be read, sound or not, and reports the file as it is. With repairs,
-/// it reports the repaired mesh; with `--weld` alone, the welded file, sound or not. A glTF scene is
-/// shown as a tree.
+/// Works on any file that can be read, and reports it as it is, defects included. With repairs, it
+/// reports the repaired mesh; with `--weld` alone, the welded file with its other defects. A glTF
+/// scene is shown as a tree.
 ///
 ///     curvmesh info scan.ply
 ///     curvmesh info scans/

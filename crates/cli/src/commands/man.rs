@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::save::{make_folder_of, save_bytes};
 use crate::session::Outcome;
 
-/// Print the manual page, or write those of all commands into a folder
+/// Print the manual page, or write the pages of all commands to a folder
 ///
 ///     curvmesh man | man -l -
 ///     curvmesh man -o ~/.local/share/man/man1

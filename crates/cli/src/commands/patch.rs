@@ -32,13 +32,13 @@ use crate::view::{self, Look, name_of};
 
 /// Replace the mesh by smooth surface patches made from face-based curvature
 ///
-/// Without --face the mesh is covered by patches that keep the tolerance; faces under no patch stay
-/// triangles, drawn in grey. With --face it is one patch, of the given radius or the largest one
-/// within the tolerance.
+/// Without --face, patches within the tolerance cover the mesh; faces that no patch covers stay
+/// triangles, drawn in grey. With --face, there is one patch: with the given radius, or as large as
+/// the tolerance allows.
 ///
-/// The output is the patches as triangles, coloured by patch; or, as .json, a record that makes
-/// every patch again exactly; or, with --as splats, one oriented elliptical disc per patch in a PLY
-/// file.
+/// The output has the patches as triangles, coloured by patch. A .json file is a record from which
+/// every patch can be made again exactly. --as splats writes one oriented elliptical disc per patch
+/// to a PLY file.
 ///
 ///     curvmesh patch scan.ply -o cover.ply --tolerance 1%
 ///     curvmesh patch scan.ply -o cover.json --tolerance 0.2 --shape ellipse
@@ -71,7 +71,7 @@ struct What {
         conflicts_with = "radius"
     )]
     tolerance: Length,
-    /// Make one patch, at this face: triangles count from 0, after repairs
+    /// Make one patch, at this face; triangles are numbered from 0, after repairs
     #[arg(long, value_name = "N")]
     face: Option<usize>,
     /// The radius of the one patch
@@ -83,7 +83,7 @@ struct What {
     /// How curvature is estimated
     #[arg(long, value_enum, default_value_t)]
     preset: EstimatorPreset,
-    /// How the patches of a cover are chosen
+    /// How the patches of a cover are selected
     #[arg(long = "cover", value_enum, default_value_t, conflicts_with = "face")]
     method: MethodName,
     /// Keep patches inside the boundary of the mesh
@@ -99,7 +99,7 @@ enum ShapeName {
     Ellipse,
     /// Equal rise over the tangent plane
     Sagitta,
-    /// For each patch the one of circle and ellipse that covers more
+    /// For each patch, the circle or the ellipse, whichever covers more
     #[default]
     Best,
 }
@@ -121,7 +121,7 @@ enum MethodName {
     Greedy,
     /// One pass by descending area
     Sequential,
-    /// Both; the one with fewer patches
+    /// Both methods; the cover with fewer patches
     #[default]
     Best,
 }
@@ -146,7 +146,7 @@ enum Content {
     Splats,
 }
 
-/// All settings, with those of the preset.
+/// All settings, with the preset expanded.
 #[derive(Serialize)]
 struct Settings {
     params: Params,

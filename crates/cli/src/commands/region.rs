@@ -20,8 +20,8 @@ use crate::simplify_options::{
 
 /// Simplify a mesh larger than memory step by step, on any number of machines
 ///
-/// Each step reads and writes files in a work folder, on a disk that all machines see. Finished steps are skipped, so that
-/// a job that failed is simply started again.
+/// Each step reads and writes files in a work folder, on a disk that all machines share. Finished steps are skipped, so
+/// a failed job can be started again unchanged.
 ///
 /// With --levels or --level-faces, `split` starts a run with several results, levels of detail, which are written to a
 /// folder.
@@ -59,7 +59,7 @@ enum RegionStep {
     Reduce(Cells),
     /// Join the collapsed regions of the level below
     Join(Cells),
-    /// Do all steps that are left, and write the result
+    /// Carry out all remaining steps, and write the result
     Finish(Finish),
 }
 

@@ -36,11 +36,11 @@ pub(crate) struct Render {
     /// The picture, a PNG file; `-` is the standard output
     #[arg(short, long, value_name = "OUT.png", value_parser = parse_picture())]
     output: PathBuf,
-    /// From the model to the camera: x,y,z, or names such as front, back, left, right, top, bottom,
-    /// corner; several names make a sheet
+    /// Direction from the model to the camera: x,y,z, or names such as front, back, left, right, top,
+    /// bottom, corner; several names draw several views in one picture
     #[arg(long, value_name = "X,Y,Z|SIDES", default_value = "0.4,0.3,1", value_parser = parse_directions, allow_hyphen_values = true)]
     direction: Directions,
-    /// The direction that is up in the picture, for a direction in numbers
+    /// The direction that is up in the picture, if --direction has numbers
     #[arg(long, value_name = "X,Y,Z", default_value = "0,1,0", value_parser = parse_vector, allow_hyphen_values = true)]
     up: DVec3,
     /// Width and height of each view in pixels
@@ -52,7 +52,7 @@ pub(crate) struct Render {
     /// Width of the outlines in pixels; 0 draws none
     #[arg(long, value_name = "PIXELS", default_value_t = 0.0, value_parser = parse_not_negative)]
     outlines: f64,
-    /// With outlines, draw edges too whose faces meet at a larger angle than this
+    /// With --outlines, also draw edges with a larger dihedral angle than this
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     crease: Option<f64>,
     /// Shade with one normal per vertex, so that the surface looks smooth
@@ -61,16 +61,16 @@ pub(crate) struct Render {
     /// What the surface is painted with
     #[arg(long, value_enum, default_value_t)]
     paint: PaintName,
-    /// Show a property of vertices or faces as colours, with their bar
+    /// Show a property of vertices or faces as colours, with a colour bar
     #[arg(long, value_name = "NAME", conflicts_with = "paint")]
     property: Option<String>,
-    /// Show texture coordinates by a chessboard of so many squares
+    /// Show texture coordinates by a chessboard with this many squares along each side of the texture
     #[arg(long, value_name = "SQUARES", conflicts_with_all = ["paint", "property"])]
     chessboard: Option<u32>,
-    /// Make equal steps of colour equal ratios
+    /// Use a logarithmic scale of colours: equal steps of colour are equal ratios
     #[arg(long)]
     log: bool,
-    /// Leave out the bar of colours
+    /// Leave out the colour bar
     #[arg(long)]
     no_bar: bool,
     /// Leave the picture transparent where there is no mesh

@@ -20,9 +20,9 @@ use crate::watertight::{Written, holes_of};
 
 /// Make an oriented manifold of triangles out of anything that can be read
 ///
-/// All repairs are made unless some are named; then only those are made, and --weld says how vertices are
-/// merged. All repairs are reported. Non-finite coordinates cannot be repaired. The written file is read again
-/// and judged: whether it is watertight, and why holes are open.
+/// All repairs are made. If options name some, only the named ones are made; --weld says how vertices are
+/// merged. All repairs are reported. Non-finite coordinates cannot be repaired. The written file is read
+/// again: the report says whether it is watertight, and why holes are open.
 ///
 ///     curvmesh repair parts.stl -o whole.obj
 ///     curvmesh repair scan.ply -o closed.ply --weld 0.001% --fill-holes 100

@@ -14,8 +14,8 @@ use crate::task::{Done, Task};
 
 /// Subdivide a mesh smoothly by the butterfly scheme
 ///
-/// Every step cuts each face into four. The vertices of the input stay where they are; new ones come
-/// between them on a smooth surface, and on a smooth curve along boundaries. Texture coordinates,
+/// Every step cuts each face into four. The vertices of the input stay where they are. New vertices
+/// between them lie on a smooth surface, and on smooth curves along boundaries. Texture coordinates,
 /// colours and numbers are interpolated, materials and groups kept; normals are left out.
 ///
 ///     curvmesh subdivide part.obj -o smooth.obj
@@ -28,7 +28,7 @@ pub(crate) struct Subdivide {
     /// How often every face is cut into four, at most 12 times
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_steps, help_heading = "Subdivision")]
     steps: u32,
-    /// How far new vertices leave the middles of their edges: 0 for not at all
+    /// Tension of the butterfly mask; with 0, new vertices are the middles of their edges
     #[arg(long, value_name = "W", default_value_t = 0.0625, value_parser = parse_tension, help_heading = "Subdivision")]
     tension: f64,
     /// Use the eight-point rule everywhere, also at vertices without six edges, where it is not

@@ -17,11 +17,11 @@ use crate::task::Report;
 use crate::text::printable;
 use crate::view::{self, name_of};
 
-/// Make a page on which meshes turn: one HTML file that opens offline and can be mailed
+/// Make a page with interactive 3D views of meshes: one HTML file that opens offline
 ///
 /// Files are shown as they are, polygons and defects included, with every property as colours, the
 /// values under the pointer, materials, and lines for boundaries and for non-manifold and sharp
-/// edges. Several meshes share one camera. The page asks nothing of any network.
+/// edges. Several meshes share one camera. The page does not use the network.
 ///
 ///     curvmesh view scan.ply
 ///     curvmesh view scan.ply -o page.html
@@ -43,20 +43,20 @@ pub(crate) struct View {
     /// How several meshes are arranged at first
     #[arg(long, value_enum, default_value_t)]
     layout: LayoutName,
-    /// The axis that points up: x, y, z, -x, -y, -z or auto. `auto` is y for glTF, the seen side of sheets such as
+    /// The axis that points up: x, y, z, -x, -y, -z or auto. `auto` is y for glTF, the visible side of sheets such as
     /// terrain, z for surveys and STL, and y otherwise
     #[arg(long, value_name = "AXIS", default_value = "auto", allow_hyphen_values = true, value_parser = parse_up)]
     up: UpGiven,
     /// The property that is shown at first; `plain` for none
     #[arg(long, value_name = "NAME")]
     color: Option<String>,
-    /// Compute curvatures and principal directions of the vertices too
+    /// Also compute curvatures and principal directions of the vertices
     #[arg(long)]
     curvature: bool,
-    /// Keep positions as 32-bit numbers, not in 65,536 steps along each side
+    /// Store positions as 32-bit numbers instead of 65,536 steps along each side
     #[arg(long)]
     exact_positions: bool,
-    /// Show meshes with more faces simplified
+    /// Simplify meshes with more faces than this for the page
     #[arg(long, value_name = "N", default_value_t = Page::MOST_FACES)]
     most_faces: usize,
     #[command(flatten)]

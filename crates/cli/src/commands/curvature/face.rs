@@ -22,7 +22,7 @@ const KNOWN: &str = "curvature_known";
 const TRUNCATED: &str = "sections_truncated";
 const CLOSED: &str = "sections_closed";
 
-/// All settings, with those of the preset.
+/// All settings, with the preset expanded.
 #[derive(Serialize)]
 struct Settings {
     params: Params,

@@ -16,10 +16,9 @@ use crate::view::Look;
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
 ///
-/// PLY output carries every quantity as a named property; PLY, GLB, OBJ and OFF carry the colours.
-/// Signed quantities are positive where the surface is convex seen from outside. Curvature of
-/// faces is a property of faces; GLB and OBJ get the colours of vertices, which are the mean of the
-/// faces around.
+/// PLY files have every quantity as a named property; PLY, GLB, OBJ and OFF files have the colours.
+/// Signed quantities are positive where the surface is convex, seen from outside. Curvature of faces
+/// is a property of faces. GLB and OBJ have colours of vertices only, the mean over the faces around.
 ///
 /// Without -o nothing is written, and only the totals are printed.
 ///
@@ -68,14 +67,14 @@ pub(crate) struct Estimate {
     /// [default: estimated from the mesh with `auto`, 0 with `fit`]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length, conflicts_with = "radius")]
     pub(crate) noise: Option<Length>,
-    /// With `face`: how curvature is read off the sections
+    /// With `face`: how curvature is computed from the sections
     #[arg(long, value_enum, default_value_t)]
     pub(crate) preset: EstimatorPreset,
     /// With `fit`: quadratic surfaces are fitted to this number of rings of neighbours, with equal weights
     #[arg(long, value_name = "N", conflicts_with_all = ["radius", "noise"], value_parser = |text: &str| parse_count(text, 1..=16))]
     pub(crate) rings: Option<usize>,
-    /// With all but `vertex` and `face`: what is written, the coloured mesh or principal directions as thin
-    /// diamonds, red for the larger curvature, blue for the smaller
+    /// With all but `vertex` and `face`: write the coloured mesh, or principal directions as thin diamonds, red for the
+    /// larger curvature and blue for the smaller
     #[arg(id = "as", long = "as", value_enum, default_value_t)]
     pub(crate) shown: Shown,
 }

@@ -28,7 +28,7 @@ use crate::view::Look;
 /// (`MSFT_lod`). A glTF scene whose levels are glTF or GLB stays a scene in each level. Without --levels, --faces or
 /// --errors, the levels have 50 %, 25 %, 10 % and 5 % of the faces.
 ///
-/// The collapses can be recorded, and levels made from the record later; they are exactly the same.
+/// --record writes the collapses to a file. --replay makes exactly the same levels from it later.
 ///
 /// With --memory, a mesh that does not fit into memory is simplified region by region, and so are levels that do not
 /// fit. OUT is then a folder for PLY files or tiles.
@@ -43,8 +43,8 @@ use crate::view::Look;
 pub(crate) struct Lod {
     #[command(flatten)]
     pub(crate) source: Source,
-    /// A folder for the levels, a GLB or glTF file for all of them, or a file or the standard output `-` if there is only
-    /// one level
+    /// A folder for the levels, or a GLB or glTF file for all of them. A single level can also go to any file or to the
+    /// standard output `-`
     #[arg(short, long, value_name = "OUT", help_heading = None)]
     pub(crate) output: PathBuf,
     #[command(flatten)]
@@ -62,7 +62,7 @@ pub(crate) struct Lod {
     #[command(flatten)]
     pub(crate) carry: Carry,
     /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default, small
-    /// charts are merged, in all levels, where the borders need more than a fifth of the faces of the coarsest level
+    /// charts are merged, in all levels, if the borders need more than a fifth of the faces of the coarsest level
     #[arg(long, help_heading = "Attributes", conflicts_with = "no_attributes")]
     pub(crate) keep_seams: bool,
     #[command(flatten)]

@@ -11,8 +11,8 @@ use crate::view::Look;
 /// Simplify a mesh by collapsing edges
 ///
 /// A glTF or GLB file that is written as glTF or GLB stays a scene: each of its meshes is simplified
-/// once, with all data of its vertices, and everything else stays as it is. The faces go where the
-/// error of the scene is largest.
+/// once, with all data of its vertices, and everything else stays as it is. More faces remain where
+/// they lower the error of the scene most.
 ///
 /// The first target that is reached ends the run, and the report names it. Without a target, half of
 /// the faces stay.
@@ -36,7 +36,7 @@ pub(crate) struct Simplify {
     #[command(flatten)]
     pub(crate) carry: Carry,
     /// Keep all borders of texture charts, materials, groups and labels, even if the shape suffers. By default,
-    /// small charts are merged where the borders need more than a fifth of the wanted faces
+    /// small charts are merged if the borders need more than a fifth of the wanted faces
     #[arg(long, help_heading = "Attributes", conflicts_with = "no_attributes")]
     pub(crate) keep_seams: bool,
     #[command(flatten)]

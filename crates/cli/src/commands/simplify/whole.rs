@@ -47,7 +47,7 @@ enum InForce {
 #[derive(Serialize)]
 struct Results {
     preset: String,
-    /// All settings, with those of the preset.
+    /// All settings, with the preset expanded.
     #[serde(flatten)]
     in_force: InForce,
     faces_in: usize,
