@@ -1,7 +1,8 @@
 //! Transfer of texture coordinates, normals, colours, labels and materials to a simplified mesh.
 //!
-//! Seams are feature lines of the simplification, as far as the wanted number of faces leaves room for them. Attributes inside the charts are part of its cost. Each corner
-//! of the result then takes the attributes of the input at the closest point in its chart.
+//! Seams are feature lines of the simplification, as far as the wanted number of faces leaves room for them. Attributes
+//! inside the charts are part of its cost. Each corner of the result then takes the attributes of the input at the
+//! closest point in its chart.
 
 use glam::DVec3;
 use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};

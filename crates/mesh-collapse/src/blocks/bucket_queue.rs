@@ -1,4 +1,4 @@
-//! Edges waiting for their collapse, in buckets of about equal cost.
+//! The queue of a block: edges waiting for their collapse, in buckets of about equal cost.
 //!
 //! An edge is in at most one bucket, so the lists need only one link per edge. Each bucket is a stack: the last edge
 //! added is the first one taken.

@@ -1,4 +1,4 @@
-//! Sorting of distinct numbers without comparisons.
+//! Bitmap sort: sorting of distinct numbers without comparisons.
 
 /// Sorts pairs by their first numbers, which must all be different. A bit set over the numbers gives the rank of each.
 pub(super) fn in_order(pairs: &[(u32, u32)]) -> Vec<(u32, u32)> {

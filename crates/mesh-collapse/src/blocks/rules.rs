@@ -1,4 +1,4 @@
-//! Rules of a run in blocks.
+//! The options of a run in blocks, as rules for each block.
 
 use mesh_core::TriMesh;
 

@@ -1,8 +1,9 @@
 //! Sums over the faces around each vertex.
 //!
 //! The planes of the faces around a vertex all contain the vertex. So about the position of the vertex, the quadric of
-//! the faces has only a matrix, and the plane that keeps the volume has only a normal. The sums over the faces around an edge follow from the sums of its
-//! two ends, minus the two faces that both ends share. No walk around the ends is needed.
+//! the faces has only a matrix, and the plane that keeps the volume has only a normal. The sums over the faces around an
+//! edge follow from the sums of its two ends, minus the two faces that both ends share. No walk around the ends is
+//! needed.
 
 use core::ops::{AddAssign, SubAssign};
 

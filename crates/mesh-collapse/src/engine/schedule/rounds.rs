@@ -1,4 +1,4 @@
-//! Edges waiting for their collapse, in buckets of about equal cost.
+//! The rounds of the lazy schedule: edges waiting for their collapse, in buckets of about equal cost.
 //!
 //! The costs in a bucket differ by at most 1/32. The edges of a bucket are visited in the order of a walk over the
 //! surface, so that consecutive edges are neighbours and share cached data. The strict order of a heap jumps around on
