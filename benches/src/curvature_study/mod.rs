@@ -5,11 +5,14 @@
 //! larger absolute principal curvature over the mesh, at interior vertices: the larger one of both errors, its median
 //! and its 95th percentile. Positions are rounded to single precision.
 
+mod report;
 mod sampling;
 mod surfaces;
 
 use std::collections::HashSet;
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -52,10 +55,33 @@ pub(crate) struct CurvatureStudy {
     /// 500 vertices, without noise and with noise of 0.01 only
     #[arg(long, conflicts_with_all = ["vertices", "noise"])]
     quick: bool,
-    /// The folder for the tables (curvature-study.md) and the numbers (curvature-study.csv). What is in the numbers
-    /// already is not computed again
+    /// The folder for the tables (curvature-study.md), a plot (curvature-study.svg) and the numbers
+    /// (curvature-study.csv). What is in the numbers already is not computed again
     #[arg(long, value_name = "DIR", default_value = "target/curvature-study")]
     out: PathBuf,
+}
+
+impl CurvatureStudy {
+    /// The meshes: surface, sampling, vertices and noise.
+    fn cells(&self) -> Vec<(Surface, Sampling, usize, f64)> {
+        fn or_all<T: ValueEnum + Copy>(chosen: &[T]) -> Vec<T> {
+            if chosen.is_empty() { T::value_variants().to_vec() } else { chosen.to_vec() }
+        }
+        let (sizes, levels) = if self.quick {
+            (vec![500], vec![0.0, 0.01])
+        } else {
+            (self.vertices.clone(), self.noise.clone())
+        };
+        let mut cells = Vec::new();
+        for surface in or_all(&self.surfaces) {
+            for sampling in or_all(&self.samplings).into_iter().filter(|way| way.fits(surface)) {
+                for &size in &sizes {
+                    cells.extend(levels.iter().map(|&noise| (surface, sampling, size, noise)));
+                }
+            }
+        }
+        cells
+    }
 }
 
 /// An estimator of ours. Lengths are in mean edges.
@@ -149,9 +175,8 @@ struct Case {
 }
 
 impl Case {
-    fn new(surface: Surface, sampled: Sampled, noise: f64) -> Result<(Self, PolygonSoup), Failure> {
-        let Sampled { mut soup, parameters } = sampled;
-        let exact = parameters.iter().map(|&at| surface.exact(at)).collect();
+    fn new(sampled: Sampled, noise: f64) -> Result<(Self, PolygonSoup), Failure> {
+        let Sampled { mut soup, exact } = sampled;
         if noise > 0.0 {
             add_normal_noise(&mut soup, noise, 7);
         }
@@ -301,6 +326,32 @@ struct Peers {
     folder: PathBuf,
     python: VirtualEnvironment,
     names: Vec<String>,
+    /// The running process; `None` before the first request and after a crash.
+    process: Option<Process>,
+}
+
+/// A Python process, the pipe of requests to it and the pipe of answers.
+struct Process {
+    child: Child,
+    requests: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Process {
+    /// The answer to a request; `None` if the process has crashed.
+    fn ask(&mut self, request: &str) -> Option<String> {
+        writeln!(self.requests, "{request}").ok()?;
+        let mut answer = String::new();
+        let read = self.answers.read_line(&mut answer).ok()?;
+        (read > 0).then_some(answer)
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
 }
 
 impl Peers {
@@ -314,13 +365,25 @@ impl Peers {
         python.install_if_there(&Self::PACKAGES, "the study is without it");
         let found = python.python().arg(&script).output().map_err(Failure::writing(&script))?;
         let names = String::from_utf8_lossy(&found.stdout).lines().map(str::to_owned).collect();
-        Ok(Self { folder: folder.to_owned(), python, names })
+        Ok(Self { folder: folder.to_owned(), python, names, process: None })
+    }
+
+    fn process(&mut self) -> Option<&mut Process> {
+        if self.process.is_none() {
+            let mut command = self.python.python();
+            command.arg(self.folder.join("peers.py")).arg(&self.folder);
+            command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+            let mut child = command.spawn().ok()?;
+            let (requests, answers) = (child.stdin.take()?, child.stdout.take()?);
+            self.process = Some(Process { child, requests, answers: BufReader::new(answers) });
+        }
+        self.process.as_mut()
     }
 
     /// The estimates of a program and its seconds. `None` if it fails.
     ///
     /// Some programs have the other sign; the sign with the smaller error counts.
-    fn estimate(&self, name: &str, case: &Case) -> Option<(Vec<Estimate>, f64)> {
+    fn estimate(&mut self, name: &str, case: &Case) -> Option<(Vec<Estimate>, f64)> {
         let [vertices, faces, out] =
             ["vertices.raw", "faces.raw", "out.raw"].map(|f| self.folder.join(f));
         let topology = case.mesh.topology();
@@ -329,14 +392,11 @@ impl Peers {
         let corners = topology.faces().flat_map(|face| topology.face_vertices(face));
         let corners = corners.flat_map(|v| (v.index() as u32).to_le_bytes());
         std::fs::write(&faces, corners.collect::<Vec<u8>>()).ok()?;
-        let mut command = self.python.python();
-        command.arg(self.folder.join("peers.py")).arg(name).args([&vertices, &faces, &out]);
-        let output = command.arg((3.0 * case.edge).to_string()).output().ok()?;
-        if !output.status.success() {
+        let Some(answer) = self.process()?.ask(&format!("{name}\t{}", 3.0 * case.edge)) else {
+            self.process = None;
             return None;
-        }
-        let seconds =
-            String::from_utf8_lossy(&output.stdout).trim().lines().last()?.parse().ok()?;
+        };
+        let seconds = answer.trim().parse().ok()?;
         let bytes = std::fs::read(&out).ok()?;
         let values: Vec<f64> = bytes
             .chunks_exact(8)
@@ -374,76 +434,49 @@ pub(crate) fn run(options: &CurvatureStudy) -> Result<(), Failure> {
     };
     let (mut numbers, mut rows) = Numbers::open(path, &HEADER, parse)?;
     let known: HashSet<Key> = rows.iter().map(Row::key).collect();
-    let peers = if options.peers { Some(Peers::prepare(&options.out)?) } else { None };
-    let or_all = |chosen: &[Surface]| {
-        if chosen.is_empty() { Surface::value_variants().to_vec() } else { chosen.to_vec() }
-    };
-    let samplings = if options.samplings.is_empty() {
-        Sampling::value_variants().to_vec()
-    } else {
-        options.samplings.clone()
-    };
-    let (sizes, levels) = if options.quick {
-        (vec![500], vec![0.0, 0.01])
-    } else {
-        (options.vertices.clone(), options.noise.clone())
-    };
-    let surfaces = or_all(&options.surfaces);
-    let bar = progress_bar(surfaces.len() * samplings.len() * sizes.len() * levels.len());
-    for &surface in &surfaces {
-        for &sampling in &samplings {
-            for &vertices in &sizes {
-                for &noise in &levels {
-                    bar.set_message(format!(
-                        "{} {} {vertices} {noise}",
-                        surface.name(),
-                        sampling.name()
-                    ));
-                    let (case, soup) =
-                        Case::new(surface, sample(surface, sampling, vertices)?, noise)?;
-                    let key = |program: &str| {
-                        let [surface, sampling] = [surface.name(), sampling.name()];
-                        (surface, sampling, vertices, noise.to_string(), program.to_owned())
-                    };
-                    if let Some(folder) = &options.export {
-                        let name = format!(
-                            "{}-{}-{vertices}-{noise}.ply",
-                            surface.name(),
-                            sampling.name()
-                        );
-                        export(&folder.join(name), soup, &case.exact)?;
-                    }
-                    for &ours in Ours::value_variants() {
-                        if known.contains(&key(ours.name())) {
-                            continue;
-                        }
-                        let start = Instant::now();
-                        let estimates = ours.estimate(&case)?;
-                        let seconds = start.elapsed().as_secs_f64();
-                        let row = case.row(key(ours.name()), &estimates, seconds);
-                        numbers.add_fields(&row)?;
-                        rows.push(row);
-                    }
-                    for name in peers.iter().flat_map(|peers| &peers.names) {
-                        let Some(peers) = peers.as_ref().filter(|_| !known.contains(&key(name)))
-                        else {
-                            continue;
-                        };
-                        let none = || (vec![Estimate::UNKNOWN; case.exact.len()], f64::NAN);
-                        let (estimates, seconds) = peers.estimate(name, &case).unwrap_or_else(none);
-                        let row = case.row(key(name), &estimates, seconds);
-                        numbers.add_fields(&row)?;
-                        rows.push(row);
-                    }
-                    bar.inc(1);
-                }
+    let mut peers = if options.peers { Some(Peers::prepare(&options.out)?) } else { None };
+    let cells = options.cells();
+    let bar = progress_bar(cells.len());
+    for (surface, sampling, vertices, noise) in cells {
+        bar.set_message(format!("{} {} {vertices} {noise}", surface.name(), sampling.name()));
+        let (case, soup) = Case::new(sample(surface, sampling, vertices)?, noise)?;
+        if let Some(folder) = &options.export {
+            let name = format!("{}-{}-{vertices}-{noise}.ply", surface.name(), sampling.name());
+            export(&folder.join(name), soup, &case.exact)?;
+        }
+        let key = |program: &str| {
+            let [surface, sampling] = [surface.name(), sampling.name()];
+            (surface, sampling, vertices, noise.to_string(), program.to_owned())
+        };
+        let is_wanted = |program: &str| !known.contains(&key(program));
+        let mut add = |program: &str, estimates: &[Estimate], seconds: f64| {
+            let row = case.row(key(program), estimates, seconds);
+            numbers.add_fields(&row)?;
+            rows.push(row);
+            Ok::<_, Failure>(())
+        };
+        for ours in Ours::value_variants().iter().filter(|ours| is_wanted(ours.name())) {
+            let start = Instant::now();
+            let estimates = ours.estimate(&case)?;
+            add(ours.name(), &estimates, start.elapsed().as_secs_f64())?;
+        }
+        if let Some(peers) = &mut peers {
+            for name in peers.names.clone().iter().filter(|name| is_wanted(name)) {
+                let none = || (vec![Estimate::UNKNOWN; case.exact.len()], f64::NAN);
+                let (estimates, seconds) = peers.estimate(name, &case).unwrap_or_else(none);
+                add(name, &estimates, seconds)?;
             }
         }
+        bar.inc(1);
     }
     bar.finish_and_clear();
-    let text = tables(&rows);
-    let path = options.out.join("curvature-study.md");
-    std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
+    let text = report::tables(&rows);
+    let write = |name: &str, text: &str| {
+        let path = options.out.join(name);
+        std::fs::write(&path, text).map_err(Failure::writing(&path))
+    };
+    write("curvature-study.md", &text)?;
+    write("curvature-study.svg", &report::plot(&rows).file())?;
     print!("{text}");
     Ok(())
 }
@@ -483,137 +516,4 @@ fn export(path: &Path, soup: PolygonSoup, exact: &[Exact]) -> Result<(), Failure
     }
     let options = mesh_io::WriteOptions::default();
     mesh_io::write(path, &model, &options).map(drop).map_err(Failure::mesh)
-}
-
-/// Errors below this value count as this value, so that exact results do not decide means of logarithms.
-const FLOOR: f64 = 1e-5;
-
-/// Geometric means of errors by program and noise, and the cells that other estimators win.
-#[must_use]
-pub(crate) fn tables(rows: &[Row]) -> String {
-    let mut levels: Vec<f64> = rows.iter().map(|row| row.noise).collect();
-    levels.sort_by(f64::total_cmp);
-    levels.dedup();
-    let mut programs: Vec<&str> = Vec::new();
-    for row in rows {
-        if !programs.contains(&row.program.as_str()) {
-            programs.push(&row.program);
-        }
-    }
-    let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::ASCII_MARKDOWN);
-    let heads = levels.iter().map(|noise| format!("noise {noise}: median, 95 %"));
-    let rest = ["order", "unknown", "within", "vertices/s"].map(str::to_owned);
-    table.set_header(std::iter::once(String::new()).chain(heads).chain(rest));
-    for &program in &programs {
-        let of_program: Vec<&Row> = rows.iter().filter(|row| row.program == program).collect();
-        let mut cells = vec![program.to_owned()];
-        for &level in &levels {
-            let mean = |of: fn(&Row) -> f64| {
-                let errors: Vec<f64> = of_program
-                    .iter()
-                    .filter(|row| row.noise == level)
-                    .map(|row| of(row))
-                    .filter(|error| error.is_finite())
-                    .map(|error| error.max(FLOOR).ln())
-                    .collect();
-                100.0 * (errors.iter().sum::<f64>() / errors.len() as f64).exp()
-            };
-            cells.push(format!("{:.3} % {:.3} %", mean(|row| row.k_median), mean(|row| row.k_95)));
-        }
-        let mean = |of: fn(&Row) -> f64| {
-            let values: Vec<f64> =
-                of_program.iter().map(|row| of(row)).filter(|value| value.is_finite()).collect();
-            values.iter().sum::<f64>() / values.len() as f64
-        };
-        cells.push(order(&of_program).map_or_else(String::new, |order| format!("{order:.1}")));
-        cells.push(format!("{:.1} %", 100.0 * mean(|row| row.unknown)));
-        let within = mean(|row| row.within);
-        cells.push(if within.is_nan() {
-            String::new()
-        } else {
-            format!("{:.1} %", 100.0 * within)
-        });
-        cells.push(format!("{:.0}", mean(|row| row.vertices as f64 / row.seconds)));
-        table.add_row(cells);
-    }
-    format!("{table}\n\n{}", comparisons(rows))
-}
-
-/// The order of convergence without noise: the median over surfaces and samplings, each from its smallest to its
-/// largest mesh. `None` without two sizes.
-fn order(rows: &[&Row]) -> Option<f64> {
-    let exact = || rows.iter().filter(|row| row.noise == 0.0);
-    let fine = exact().map(|row| row.vertices).max()?;
-    let coarse = exact().map(|row| row.vertices).min().filter(|&coarse| coarse < fine)?;
-    let steps = 0.5 * (fine as f64 / coarse as f64).ln();
-    let of_cell = |row: &&Row| {
-        let is_finer = |other: &&&Row| {
-            other.vertices == fine && other.surface == row.surface && other.sampling == row.sampling
-        };
-        let finer = exact().find(is_finer)?;
-        let is_exact = row.k_median < FLOOR || finer.k_median < FLOOR;
-        let order = (row.k_median / finer.k_median).ln() / steps;
-        (!is_exact && order.is_finite()).then_some(order)
-    };
-    let mut orders: Vec<f64> =
-        exact().filter(|row| row.vertices == coarse).filter_map(of_cell).collect();
-    orders.sort_by(f64::total_cmp);
-    orders.get(orders.len() / 2).copied()
-}
-
-/// A number of a row.
-type Statistic = fn(&Row) -> f64;
-
-/// In how many cells `auto` is near the best of ours, and the best of ours ahead of all other programs.
-fn comparisons(rows: &[Row]) -> String {
-    let statistics: [(&str, Statistic); 2] =
-        [("median", |row| row.k_median), ("95 %", |row| row.k_95)];
-    statistics.map(|(name, of)| comparison(rows, name, of)).concat()
-}
-
-fn comparison(rows: &[Row], name: &str, of: Statistic) -> String {
-    let mut cells: Vec<_> = rows.iter().map(Row::cell).collect();
-    cells.sort();
-    cells.dedup();
-    let error = |row: &Row| of(row).max(FLOOR);
-    let (mut near, mut ahead, mut with_peers) = (0, 0, 0);
-    let mut lost = String::new();
-    for cell in &cells {
-        let of_cell = || rows.iter().filter(|row| row.cell() == *cell && of(row).is_finite());
-        let least = |ours: bool| {
-            let of_kind = of_cell().filter(|row| row.is_ours() == ours);
-            of_kind.min_by(|a, b| of(a).total_cmp(&of(b)))
-        };
-        let Some(ours) = least(true) else { continue };
-        let auto = of_cell().find(|row| row.program == Ours::Auto.name());
-        near += usize::from(auto.is_some_and(|auto| error(auto) <= 1.3 * error(ours)));
-        let Some(peer) = least(false) else { continue };
-        with_peers += 1;
-        if error(ours) <= error(peer) {
-            ahead += 1;
-        } else {
-            let (surface, sampling, vertices, noise) = cell;
-            lost += &format!(
-                "- {surface}, {sampling}, {vertices} vertices, noise {noise}: {} {:.3} %, ours {} {:.3} %\n",
-                peer.program,
-                100.0 * of(peer),
-                ours.program,
-                100.0 * of(ours)
-            );
-        }
-    }
-    let mut text = format!(
-        "Error of {name}: `auto` is within 1.3 of the best estimator of ours in {near} of {} cells.\n",
-        cells.len()
-    );
-    if with_peers > 0 {
-        text += &format!(
-            "The best of ours is at most the best of the others in {ahead} of {with_peers} cells.\n"
-        );
-        if !lost.is_empty() {
-            text += &format!("The others win:\n\n{lost}\n");
-        }
-    }
-    text
 }

@@ -1,13 +1,16 @@
 """Principal curvatures by other packages.
 
-``python peers.py NAME VERTICES FACES OUT RADIUS``: reads raw arrays (float64, uint32), writes both principal curvatures of
-every vertex (float64, two per vertex), and prints the seconds of the computation. Without arguments, prints the names
-of the programs that can be imported.
+``python peers.py FOLDER`` reads lines from the standard input: the name of a program, a tab, a radius. For each line, it
+reads the raw arrays ``vertices.raw`` (float64) and ``faces.raw`` (uint32) from the folder, writes both principal
+curvatures of every vertex to ``out.raw`` (float64, two per vertex), and prints the seconds of the computation, or
+``failed``. Without arguments, it prints the names of the programs that can be imported.
 """
 
 import importlib.util
+import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -80,16 +83,26 @@ def main():
     if len(sys.argv) == 1:
         print("\n".join(n for n, (module, _) in PROGRAMS.items() if importlib.util.find_spec(module)))
         return
-    name, vertices, faces, out, radius = sys.argv[1:]
-    vertices = np.fromfile(vertices, dtype=np.float64).reshape(-1, 3)
-    faces = np.fromfile(faces, dtype=np.uint32).reshape(-1, 3).astype(np.int64)
-    run = PROGRAMS[name][1]
-    # Imports are not timed.
-    importlib.import_module({"igl": "igl"}.get(PROGRAMS[name][0], PROGRAMS[name][0]))
-    start = time.perf_counter()
-    found = run(vertices, faces, float(radius))
-    print(time.perf_counter() - start)
-    np.ascontiguousarray(found, dtype=np.float64).tofile(out)
+    folder = Path(sys.argv[1])
+    # Some packages print to the standard output.
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)
+    for line in sys.stdin:
+        name, radius = line.rstrip("\n").split("\t")
+        vertices = np.fromfile(folder / "vertices.raw", dtype=np.float64).reshape(-1, 3)
+        faces = np.fromfile(folder / "faces.raw", dtype=np.uint32).reshape(-1, 3).astype(np.int64)
+        module, run = PROGRAMS[name]
+        # Imports are not timed.
+        importlib.import_module(module)
+        try:
+            start = time.perf_counter()
+            found = run(vertices, faces, float(radius))
+            seconds = time.perf_counter() - start
+            np.ascontiguousarray(found, dtype=np.float64).tofile(folder / "out.raw")
+            print(seconds, file=answers)
+        except Exception as error:
+            print(f"{name}: {error}", file=sys.stderr)
+            print("failed", file=answers)
 
 
 if __name__ == "__main__":

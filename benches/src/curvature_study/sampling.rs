@@ -1,10 +1,16 @@
-//! Meshes of parametric surfaces: regular, irregular, graded and stretched.
+//! Meshes of surfaces: regular, irregular, graded and stretched grids, and marching cubes.
 
 use clap::ValueEnum;
+use glam::DVec3;
+use isosurface::MarchingCubes;
+use isosurface::distance::Signed;
+use isosurface::extractor::IndexedVertices;
+use isosurface::math::Vec3;
+use isosurface::sampler::Sample;
 use mesh_core::{PolygonSoup, SplitMix64};
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
-use super::surfaces::Surface;
+use super::surfaces::{Exact, Surface};
 use xtask_common::Failure;
 
 /// How a surface is meshed.
@@ -30,6 +36,10 @@ pub(crate) enum Sampling {
     Along50,
     /// Edges along the second parameter twelve times longer.
     Across12,
+    /// A grid whose edges leave the surface equally far in both directions, as CAD programs make it.
+    Chords,
+    /// Marching cubes, on surfaces without a boundary.
+    Marching,
 }
 
 impl Sampling {
@@ -39,9 +49,16 @@ impl Sampling {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
+    /// Whether a surface can be meshed in this way.
+    #[must_use]
+    pub(crate) fn fits(self, surface: Surface) -> bool {
+        self != Self::Marching || surface.implicit().is_some()
+    }
+
     /// How much longer edges along the first parameter are.
-    fn aspect(self) -> f64 {
+    fn aspect(self, surface: Surface) -> f64 {
         match self {
+            Self::Chords => chord_aspect(surface),
             Self::Along5 => 5.0,
             Self::Along12 => 12.0,
             Self::Along25 => 25.0,
@@ -52,10 +69,31 @@ impl Sampling {
     }
 }
 
-/// A mesh and the parameters of its vertices.
+/// A mesh and the truth at its vertices.
 pub(crate) struct Sampled {
     pub(crate) soup: PolygonSoup,
-    pub(crate) parameters: Vec<[f64; 2]>,
+    pub(crate) exact: Vec<Exact>,
+}
+
+/// The distance between a chord and its arc grows with the curvature times the square of its length.
+fn chord_aspect(surface: Surface) -> f64 {
+    const STEPS: u32 = 20;
+    const MOST: f64 = 200.0;
+    const STEP: f64 = 1e-4;
+    let [us, vs] = surface.ranges();
+    let at = |[low, high]: [f64; 2], i: u32| low + (high - low) * f64::from(i) / f64::from(STEPS);
+    let mut largest = [0.0_f64; 2];
+    for (i, j) in (1..STEPS).flat_map(|i| (1..STEPS).map(move |j| (i, j))) {
+        let [u, v] = [at(us, i), at(vs, j)];
+        let exact = surface.exact([u, v]);
+        for (largest, [du, dv]) in largest.iter_mut().zip([[STEP, 0.0], [0.0, STEP]]) {
+            let along = (surface.point([u + du, v + dv]) - surface.point([u, v])).normalize();
+            let cosine = along.dot(exact.direction).powi(2).min(1.0);
+            let [k1, k2] = exact.principal;
+            *largest = largest.max((cosine * k1 + (1.0 - cosine) * k2).abs());
+        }
+    }
+    (largest[1] / largest[0]).sqrt().clamp(1.0 / MOST, MOST)
 }
 
 /// The length of a surface along each parameter, through the middle.
@@ -77,10 +115,13 @@ pub(crate) fn sample(
     vertices: usize,
 ) -> Result<Sampled, Failure> {
     const JITTER: f64 = 0.2;
+    if let (Sampling::Marching, Some(implicit)) = (sampling, surface.implicit()) {
+        return march(surface, implicit, vertices);
+    }
     let [length_u, length_v] = lengths(surface);
     let is_split = sampling == Sampling::Split;
     let cells = vertices as f64 / if is_split { 3.0 } else { 1.0 };
-    let ratio = length_u / (length_v * sampling.aspect());
+    let ratio = length_u / (length_v * sampling.aspect(surface));
     let closed = surface.is_closed();
     // At least eight cells around, four along an open direction.
     let count =
@@ -180,7 +221,52 @@ fn at_places(
     for corners in triangles {
         soup.push_face(&corners.map(|corner| corner as u32)).map_err(Failure::mesh)?;
     }
-    Ok(Sampled { soup, parameters })
+    Ok(Sampled { soup, exact: parameters.into_iter().map(|at| surface.exact(at)).collect() })
+}
+
+/// Marching cubes of the cube around the origin that holds the surface, with at least so many vertices.
+fn march(
+    surface: Surface,
+    implicit: fn(DVec3) -> f64,
+    vertices: usize,
+) -> Result<Sampled, Failure> {
+    struct Field(fn(DVec3) -> f64, f64);
+    impl Field {
+        /// A place in the unit cube, turned so that no plane of the lattice is a plane of symmetry.
+        fn place(&self, [x, y, z]: [f64; 3]) -> DVec3 {
+            let turn = glam::DQuat::from_axis_angle(DVec3::new(2.0, 3.0, 6.0) / 7.0, 1.0);
+            turn * (self.1 * (2.0 * DVec3::new(x, y, z) - 1.0))
+        }
+    }
+    impl Sample<Signed> for Field {
+        fn sample(&self, p: Vec3) -> Signed {
+            Signed(self.0(self.place([p.x, p.y, p.z].map(f64::from))) as f32)
+        }
+    }
+    let [us, vs] = surface.ranges();
+    let places = (0..=40).flat_map(|i| (0..=40).map(move |j| [i, j].map(|k| f64::from(k) / 40.0)));
+    let at = |t: f64, [low, high]: [f64; 2]| low + t * (high - low);
+    let radius = places.map(|[u, v]| surface.point([at(u, us), at(v, vs)]).length());
+    // Half of the side: no part of a surface reaches further than a twentieth beyond these places.
+    let field = Field(implicit, 1.05 * radius.fold(0.0, f64::max));
+    let (mut numbers, mut corners) = (Vec::new(), Vec::new());
+    for size in 4.. {
+        (numbers, corners) = (Vec::new(), Vec::new());
+        let mut extractor = IndexedVertices::new(&mut numbers, &mut corners);
+        MarchingCubes::new(size).extract(&field, &mut extractor);
+        if numbers.len() >= 3 * vertices {
+            break;
+        }
+    }
+    let mut soup = PolygonSoup::default();
+    for p in numbers.chunks_exact(3) {
+        soup.push_vertex(field.place([p[0], p[1], p[2]].map(f64::from)));
+    }
+    for face in corners.chunks_exact(3) {
+        soup.push_face(face).map_err(Failure::mesh)?;
+    }
+    let exact = soup.positions().iter().map(|&p| surface.exact_near(p)).collect();
+    Ok(Sampled { soup, exact })
 }
 
 type Places = (Vec<[f64; 2]>, Vec<[usize; 3]>);

@@ -112,7 +112,16 @@ pub(crate) enum Surface {
     Enneper,
     MonkeySaddle,
     Bumps,
+    /// A box whose edges and corners are parts of cylinders and spheres, without top and bottom unless it is marched.
+    RoundedBox,
 }
+
+/// Half of the sides of the box that a ball moves through to make the rounded box.
+const CORE: DVec3 = DVec3::new(0.8, 0.5, 0.3);
+/// The radius of the ball.
+const ROUNDING: f64 = 0.4;
+/// The part of a quarter circle above and below the walls that belongs to the rounded box.
+const RIM: f64 = 0.9;
 
 /// The exact curvature at a point.
 #[derive(Clone, Copy, Debug)]
@@ -145,6 +154,12 @@ impl Surface {
             Self::Catenoid => [[0.0, TAU], [-1.0, 1.0]],
             Self::Enneper => [[-1.2, 1.2], [-1.2, 1.2]],
             Self::MonkeySaddle | Self::Bumps => [[-1.0, 1.0], [-1.0, 1.0]],
+            // Arc lengths of the outline of the walls, and of a section from bottom to top.
+            Self::RoundedBox => {
+                let outline = 4.0 * (CORE.x + CORE.y) + TAU * ROUNDING;
+                let height = CORE.z + RIM * 0.5 * PI * ROUNDING;
+                [[0.0, outline], [-height, height]]
+            }
         }
     }
 
@@ -153,9 +168,12 @@ impl Surface {
     pub(crate) fn is_closed(self) -> [bool; 2] {
         match self {
             Self::Torus | Self::Pipe => [true, true],
-            Self::Sphere | Self::Ellipsoid | Self::Cylinder | Self::Cone | Self::Catenoid => {
-                [true, false]
-            }
+            Self::Sphere
+            | Self::Ellipsoid
+            | Self::Cylinder
+            | Self::Cone
+            | Self::Catenoid
+            | Self::RoundedBox => [true, false],
             Self::Enneper | Self::MonkeySaddle | Self::Bumps => [false, false],
         }
     }
@@ -194,6 +212,72 @@ impl Surface {
                     + bump(0.3, -0.5, 0.2, 0.2);
                 [u, v, height]
             }
+            Self::RoundedBox => {
+                let (core, normal) = outline(u);
+                let (z, angle) = if v.value.abs() <= CORE.z {
+                    (v, c(0.0))
+                } else {
+                    let end = c(CORE.z.copysign(v.value));
+                    (end, (v - end) * (1.0 / ROUNDING))
+                };
+                let [x, y] = [0, 1].map(|i| core[i] + normal[i] * angle.cos() * ROUNDING);
+                [x, y, z + angle.sin() * ROUNDING]
+            }
+        }
+    }
+
+    /// A function that is 0 on the whole surface and negative inside, near a distance. `None` for surfaces with a
+    /// boundary.
+    #[must_use]
+    pub(crate) fn implicit(self) -> Option<fn(DVec3) -> f64> {
+        match self {
+            Self::Sphere => Some(|p| p.length() - 1.0),
+            Self::Ellipsoid => Some(|p| {
+                let sides = DVec3::new(1.0, 0.8, 0.6);
+                let (q, slope) = ((p / sides).length(), (p / (sides * sides)).length());
+                q * (q - 1.0) / slope.max(f64::MIN_POSITIVE)
+            }),
+            Self::Torus => Some(|p| (p.truncate().length() - 2.0).hypot(p.z) - 0.7),
+            Self::Pipe => Some(|p| (p.truncate().length() - 5.0).hypot(p.z) - 0.4),
+            Self::RoundedBox => Some(|p| {
+                let out = p.abs() - CORE;
+                out.max(DVec3::ZERO).length() + out.max_element().min(0.0) - ROUNDING
+            }),
+            _ => None,
+        }
+    }
+
+    /// The exact curvature at the point of the whole closed surface that is nearest to a point near it.
+    #[must_use]
+    pub(crate) fn exact_near(self, p: DVec3) -> Exact {
+        use core::f64::consts::FRAC_PI_2;
+        match self {
+            Self::RoundedBox => of_rounded_box(p),
+            Self::Torus | Self::Pipe => {
+                let major = if self == Self::Torus { 2.0 } else { 5.0 };
+                self.exact([p.y.atan2(p.x), p.z.atan2(p.truncate().length() - major)])
+            }
+            _ => {
+                // Gauss-Newton steps from the parameters of the direction.
+                let sides =
+                    if self == Self::Sphere { DVec3::ONE } else { DVec3::new(1.0, 0.8, 0.6) };
+                let q = p / sides;
+                let mut at = [q.y.atan2(q.x), q.z.atan2(q.truncate().length())];
+                // Parameters are singular at the poles.
+                let limit = FRAC_PI_2 - 1e-6;
+                for _ in 0..8 {
+                    at[1] = at[1].clamp(-limit, limit);
+                    let jets = self.jets(at[0], at[1]);
+                    let off = p - DVec3::from_array(jets.map(|jet| jet.value));
+                    let [du, dv] = [0, 1].map(|i| DVec3::from_array(jets.map(|jet| jet.first[i])));
+                    let [a, b, c] = [du.dot(du), du.dot(dv), dv.dot(dv)];
+                    let [e, f] = [off.dot(du), off.dot(dv)];
+                    let determinant = a * c - b * b;
+                    at[0] += (c * e - b * f) / determinant;
+                    at[1] += (a * f - b * e) / determinant;
+                }
+                self.exact([at[0], at[1].clamp(-limit, limit)])
+            }
         }
     }
 
@@ -229,6 +313,46 @@ impl Surface {
     }
 }
 
+/// A place on the outline of the core of the rounded box, and the normal of the wall there.
+fn outline(u: Jet2) -> ([Jet2; 2], [Jet2; 2]) {
+    let c = Jet2::constant;
+    let corner = core::f64::consts::FRAC_PI_2 * ROUNDING;
+    // The walls to +x, +y, -x and -y, each with the corner after it.
+    let halves = |side: u32| if side % 2 == 0 { [CORE.y, CORE.x] } else { [CORE.x, CORE.y] };
+    let length = |side: u32| 2.0 * halves(side)[0] + corner;
+    let (mut left, mut side) = (u, 0);
+    while side < 3 && left.value >= length(side) {
+        left = left - c(length(side));
+        side += 1;
+    }
+    let [half, distance] = halves(side);
+    let turn = |x: Jet2, y: Jet2| match side {
+        0 => [x, y],
+        1 => [y * -1.0, x],
+        2 => [x * -1.0, y * -1.0],
+        _ => [y, x * -1.0],
+    };
+    if left.value < 2.0 * half {
+        return (turn(c(distance), left - c(half)), turn(c(1.0), c(0.0)));
+    }
+    let angle = (left - c(2.0 * half)) * (1.0 / ROUNDING);
+    (turn(c(distance), c(half)), turn(angle.cos(), angle.sin()))
+}
+
+/// The curvature of the rounded box at the point nearest to `p`: flat, part of a cylinder or of a sphere.
+fn of_rounded_box(p: DVec3) -> Exact {
+    let out = p - p.clamp(-CORE, CORE);
+    let normal = out.normalize();
+    let bend = 1.0 / ROUNDING;
+    let straight = (0..3).filter(|&axis| out[axis] == 0.0);
+    let axes: Vec<DVec3> = straight.map(|axis| DVec3::AXES[axis]).collect();
+    match axes[..] {
+        [] => Exact { principal: [bend, bend], direction: normal.any_orthonormal_vector(), normal },
+        [axis] => Exact { principal: [bend, 0.0], direction: axis.cross(normal), normal },
+        [first, ..] => Exact { principal: [0.0, 0.0], direction: first, normal },
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::Surface;
@@ -260,6 +384,22 @@ mod tests {
                     assert!((k1 - truth.max).abs() + (k2 - truth.min).abs() < 1e-12);
                     assert!(exact.normal.distance(shape.normal(p)) < 1e-12);
                 }
+            }
+        }
+        // Marched surfaces: the values at a place agree with the values at its parameters.
+        for &surface in Surface::value_variants() {
+            let Some(implicit) = surface.implicit() else { continue };
+            let [[u0, u1], [v0, v1]] = surface.ranges();
+            for i in 1..40 {
+                let t = f64::from(i) / 40.0;
+                let at = [u0 + t * (u1 - u0), v0 + (0.37 * f64::from(i)).fract() * (v1 - v0)];
+                let (p, exact) = (surface.point(at), surface.exact(at));
+                assert!(implicit(p).abs() < 1e-12, "{surface:?}: {}", implicit(p));
+                let near = surface.exact_near(p + 1e-3 * exact.normal);
+                for (k, truth) in near.principal.into_iter().zip(exact.principal) {
+                    assert!((k - truth).abs() < 1e-6, "{surface:?} at {at:?}: {k} {truth}");
+                }
+                assert!(near.normal.distance(exact.normal) < 1e-6);
             }
         }
         let catenoid = Catenoid { waist: 1.0, half_height: 1.0 };
