@@ -208,7 +208,7 @@ fn nothing_is_recorded_unless_asked() {
 /// so.
 #[test]
 fn regions_cost_no_accuracy() {
-    let made = [torus(400), hills(220)].map(|mesh| (mesh, 1.1));
+    let made = [torus(240), hills(160)].map(|mesh| (mesh, 1.1));
     let real = ["igea.ply"].into_iter().filter_map(model);
     for (mesh, most) in made.into_iter().chain(real.map(|mesh| (mesh, 1.03))) {
         for faces in [1500, 25_000] {
