@@ -3,6 +3,7 @@
 pub mod attribute;
 pub mod build;
 pub mod edit;
+pub mod index;
 pub mod measure;
 pub mod mesh;
 pub mod parallel;
@@ -39,6 +40,8 @@ pub use build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build}
 pub use edit::compact::{Remap, RemapOf};
 #[doc(inline)]
 pub use edit::split_components::Component;
+#[doc(inline)]
+pub use index::as_u32;
 #[doc(inline)]
 pub use measure::BoundingBox;
 #[doc(inline)]

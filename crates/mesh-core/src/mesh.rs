@@ -10,6 +10,7 @@ use crate::edit::{
     AddedFace, Collapsed, EdgeSplit, FaceSplit, LegalCollapse, LegalEdgeSplit, LegalFace,
     LegalFaceSplit, LegalFlip, LegalRemoval, NoRoom, RemovedFace, Ring,
 };
+use crate::index::as_u32;
 use crate::position::{Position, VertexIndex};
 use crate::topology::Topology;
 use crate::topology::handle::{FaceId, VertexId};
@@ -175,7 +176,7 @@ impl TriMesh {
         let mut new_index = topology.vertex_map(0);
         let mut positions = Vec::with_capacity(topology.vertex_count());
         for vertex in topology.vertices() {
-            new_index[vertex] = positions.len() as u32;
+            new_index[vertex] = as_u32(positions.len());
             positions.push(self.position(vertex));
         }
         let triangle = |face| topology.face_vertices(face).map(|v| new_index[v]);

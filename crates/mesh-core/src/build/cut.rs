@@ -13,6 +13,7 @@
 //! Every vertex has one fan, and no two edges have the same ends.
 
 use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
+use crate::index::as_u32;
 
 /// The fans of corners around the vertices.
 pub(crate) struct Fans {
@@ -32,7 +33,7 @@ impl Fans {
         let mut fans = Self { of_corner: vec![NONE; mate.len()], vertex: Vec::new() };
         for (corner, &vertex) in triangles.as_flattened().iter().enumerate() {
             if fans.of_corner[corner] == NONE {
-                fans.collect(corner as u32, vertex, &mate);
+                fans.collect(as_u32(corner), vertex, &mate);
             }
         }
         fans
@@ -41,7 +42,7 @@ impl Fans {
     /// Collects the fan of a corner: first counter-clockwise, through the sides that enter the vertex. If that does not
     /// lead back to the corner, then also clockwise, through the sides that leave the vertex.
     fn collect(&mut self, first: u32, vertex: u32, mate: &[u32]) {
-        let fan = self.vertex.len() as u32;
+        let fan = as_u32(self.vertex.len());
         self.vertex.push(vertex);
         let mut corner = first;
         while corner != NONE {
@@ -87,7 +88,7 @@ pub(crate) fn cut_apart(
         .map(|&vertex| {
             if core::mem::replace(&mut taken[vertex as usize], true) {
                 copies.push(vertex);
-                (vertex_count + copies.len() - 1) as u32
+                as_u32(vertex_count + copies.len() - 1)
             } else {
                 vertex
             }

@@ -7,6 +7,7 @@ use crate::build::soup::PolygonSoup;
 use crate::build::{
     BuildError, Draft, Repair, build_and_compare, find_duplicates, has_zero_area, repeated_vertex,
 };
+use crate::index::as_u32;
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::edge_connectivity::EdgeConnectivity;
 
@@ -190,7 +191,7 @@ impl Diagnosis {
         self.boundary_loops = boundary.count_sets(boundary_vertices.into_iter());
         let corners = triangles.as_flattened();
         self.components = edges.vertices.count_sets(corners.iter().copied());
-        self.edge_components = edges.faces.count_sets(0..triangles.len() as u32);
+        self.edge_components = edges.faces.count_sets(0..as_u32(triangles.len()));
 
         let fans_at = edges.fans(vertex_count);
         self.unreferenced_vertices = fans_at.iter().filter(|&&fans| fans == 0).count();

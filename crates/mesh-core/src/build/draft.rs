@@ -11,6 +11,7 @@ use crate::build::report::BuildReport;
 use crate::build::screen;
 use crate::build::soup::PolygonSoup;
 use crate::build::triangulate::{Triangulation, Triangulator};
+use crate::index::as_u32;
 use crate::measure::facing::Facing;
 use crate::mesh::{MeshError, TriMesh};
 use crate::topology::Topology;
@@ -80,7 +81,7 @@ impl<'a> Draft<'a> {
             corners: Cow::Borrowed(soup.corners()),
             triangles: Cow::default(),
             provenance: Provenance {
-                vertex_source: (0..soup.vertex_count() as u32).collect(),
+                vertex_source: (0..as_u32(soup.vertex_count())).collect(),
                 ..Provenance::default()
             },
             reversed: Vec::new(),
@@ -96,11 +97,12 @@ impl<'a> Draft<'a> {
             return Ok(());
         };
         let is_merged = |&vertex: &u32| target[vertex as usize] != vertex;
-        self.report.welded_vertices = (0..target.len() as u32).filter(is_merged).collect();
+        self.report.welded_vertices = (0..as_u32(target.len())).filter(is_merged).collect();
         if self.report.welded_vertices.is_empty() {
             return Ok(());
         }
-        let merged: Vec<bool> = (0..target.len() as u32).map(|vertex| is_merged(&vertex)).collect();
+        let merged: Vec<bool> =
+            (0..as_u32(target.len())).map(|vertex| is_merged(&vertex)).collect();
         let renumbered = self.remove_vertices(&merged);
         let left_out_corners =
             self.left_out.iter().map(|&face| self.soup.corner_range(face as usize));
@@ -117,7 +119,7 @@ impl<'a> Draft<'a> {
         let mut renumbered = vec![NONE; is_removed.len()];
         let mut kept = 0;
         for (vertex, _) in is_removed.iter().enumerate().filter(|(_, removed)| !**removed) {
-            renumbered[vertex] = kept as u32;
+            renumbered[vertex] = as_u32(kept);
             self.provenance.vertex_source[kept] = self.provenance.vertex_source[vertex];
             kept += 1;
         }
@@ -134,7 +136,7 @@ impl<'a> Draft<'a> {
                 Cow::Borrowed(corners) => Cow::Borrowed(corners.as_chunks().0),
                 Cow::Owned(corners) => Cow::Owned(corners.as_chunks().0.to_vec()),
             };
-            let faces = 0..soup.face_count() as u32;
+            let faces = 0..as_u32(soup.face_count());
             self.provenance.corner_source =
                 faces.clone().map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
             self.provenance.face_source = faces.collect();
@@ -145,7 +147,7 @@ impl<'a> Draft<'a> {
         let mut local = Vec::new();
         let mut left_out = self.left_out.iter().peekable();
         for face in 0..soup.face_count() {
-            if left_out.next_if_eq(&&(face as u32)).is_some() {
+            if left_out.next_if_eq(&&as_u32(face)).is_some() {
                 continue;
             }
             let range = soup.corner_range(face);
@@ -158,11 +160,11 @@ impl<'a> Draft<'a> {
                 self.report.triangulated += 1;
             }
             if quality == Triangulation::Fallback {
-                self.report.triangulated_badly.push(face as u32);
+                self.report.triangulated_badly.push(as_u32(face));
             }
             for triangle in &local {
-                self.provenance.face_source.push(face as u32);
-                let corners = triangle.map(|corner| range.start as u32 + corner);
+                self.provenance.face_source.push(as_u32(face));
+                let corners = triangle.map(|corner| as_u32(range.start) + corner);
                 self.provenance.corner_source.push(corners);
             }
         }
@@ -178,7 +180,7 @@ impl<'a> Draft<'a> {
 
     /// Drops triangles that use a vertex twice.
     pub(super) fn drop_degenerate(&mut self) -> Result<(), BuildError> {
-        let faces: Vec<u32> = (0..self.triangles.len() as u32)
+        let faces: Vec<u32> = (0..as_u32(self.triangles.len()))
             .filter(|&face| repeated_vertex(self.triangles[face as usize]).is_some())
             .collect();
         let Some(&first) = faces.first() else {

@@ -3,6 +3,7 @@
 //! *Side* `3 f + k` of triangle `f` runs from its corner `k` to the next one. Corner `3 f + k` has
 //! the same number, so a corner is where its side starts.
 
+use crate::index::as_u32;
 pub(crate) use crate::topology::pairing::next;
 use crate::topology::pairing::{bucket_by_smaller_vertex, larger_end, side_ends};
 
@@ -37,7 +38,7 @@ impl EdgeTable {
             let mut edge_end = start;
             for edge in sides.chunk_by(|&a, &b| larger(a) == larger(b)) {
                 edge_end += edge.len();
-                ends.push(edge_end as u32);
+                ends.push(as_u32(edge_end));
             }
         }
         Self { sides, ends }

@@ -1,6 +1,7 @@
 //! Consistent orientation of the faces of a soup.
 
 use crate::build::edges::{EdgeTable, NONE, same_direction};
+use crate::index::as_u32;
 
 /// Which triangles to reverse, and the conflicts that remain.
 pub(crate) struct Orientation {
@@ -47,7 +48,7 @@ fn collect_part(
     flipped: &mut [bool],
 ) {
     part.clear();
-    part.push(seed as u32);
+    part.push(as_u32(seed));
     seen[seed] = true;
     let mut read = 0;
     while read < part.len() {

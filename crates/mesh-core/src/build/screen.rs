@@ -5,6 +5,7 @@ use crate::build::repair::Repair;
 use crate::build::report::BuildReport;
 use crate::build::sample::Sample;
 use crate::build::soup::PolygonSoup;
+use crate::index::as_u32;
 use crate::topology::handle::{HalfEdgeId, Handle, VertexId};
 
 /// Leaves room for two half-edges per side of a triangle and for a copy of a vertex per corner: a
@@ -40,7 +41,7 @@ pub(crate) fn check_faces(
     let mut small = Sample::default();
     let mut left_out = Vec::new();
     for (id, face) in soup.faces().enumerate() {
-        let id = id as u32;
+        let id = as_u32(id);
         if let Some(&index) = face.iter().find(|index| is_outside(index)) {
             first_outside.get_or_insert((id, index));
             outside.push(id);
@@ -79,14 +80,14 @@ pub(crate) fn check_coordinates(
     let mut matters = vec![!repair.drop_unreferenced; soup.vertex_count()];
     let mut left_out = left_out.iter().peekable();
     for (id, face) in soup.faces().enumerate() {
-        if left_out.next_if_eq(&&(id as u32)).is_none() {
+        if left_out.next_if_eq(&&as_u32(id)).is_none() {
             face.iter().for_each(|&vertex| matters[vertex as usize] = true);
         }
     }
     let positions = soup.positions().iter().zip(matters).enumerate();
     let vertices: Sample<u32> = positions
         .filter(|(_, (position, matters))| *matters && !position.is_finite())
-        .map(|(vertex, _)| vertex as u32)
+        .map(|(vertex, _)| as_u32(vertex))
         .collect();
     match vertices.first().first() {
         Some(&vertex) => {

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
+use crate::index::as_u32;
 use crate::position::{Position, VertexIndex};
+use crate::topology::handle::{HalfEdgeId, Handle};
 
 /// A polygon soup: vertex positions, and faces of three or more corners that index them.
 ///
@@ -21,7 +23,10 @@ pub struct PolygonSoup {
     face_ends: Vec<u32>,
 }
 
-/// More corners than a `u32` can count.
+/// The number of corners or faces from which on there are too many.
+const MOST: usize = HalfEdgeId::LIMIT;
+
+/// More corners or faces than a `u32` can count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the mesh has more than 4,294,967,293 corners, which is more than 32-bit indices can address; split it into parts"
@@ -91,7 +96,7 @@ impl PolygonSoup {
         triangles: impl Iterator<Item = [u32; 3]>,
     ) -> Self {
         let corners = triangles.collect::<Vec<_>>().into_flattened();
-        let face_ends = (1..=corners.len() as u32 / 3).map(|face| 3 * face).collect();
+        let face_ends = (1..=as_u32(corners.len()) / 3).map(|face| 3 * face).collect();
         Self { positions, corners, face_ends }
     }
 
@@ -105,7 +110,7 @@ impl PolygonSoup {
         corners: Vec<u32>,
         face_ends: Vec<u32>,
     ) -> Result<Self, SoupError> {
-        if corners.len() >= (u32::MAX - 1) as usize {
+        if corners.len().max(face_ends.len()) >= MOST {
             return Err(SoupError::TooManyCorners(TooManyCorners));
         }
         let starts = core::iter::once(&0).chain(&face_ends);
@@ -127,14 +132,15 @@ impl PolygonSoup {
     /// Appends a face with these vertex indices, counter-clockwise seen from outside.
     ///
     /// # Errors
-    /// [`TooManyCorners`] when the number of corners would exceed 32-bit indices.
+    /// [`TooManyCorners`] when the number of corners or faces would exceed 32-bit indices.
     pub fn push_face<I: VertexIndex>(&mut self, vertices: &[I]) -> Result<(), TooManyCorners> {
         let end = self.corners.len() + vertices.len();
-        if end >= (u32::MAX - 1) as usize {
+        // Faces without corners count as well.
+        if end.max(self.face_ends.len() + 1) >= MOST {
             return Err(TooManyCorners);
         }
         self.corners.extend(vertices.iter().map(|&vertex| vertex.to_u32()));
-        self.face_ends.push(end as u32);
+        self.face_ends.push(as_u32(end));
         Ok(())
     }
 
@@ -207,7 +213,7 @@ impl PolygonSoup {
         let mut renumbered = Vec::with_capacity(self.positions.len());
         let mut positions = Vec::with_capacity(self.positions.len());
         for (v, &position) in self.positions.iter().enumerate() {
-            renumbered.push(positions.len() as u32);
+            renumbered.push(as_u32(positions.len()));
             if stays(v) {
                 positions.push(position);
             }

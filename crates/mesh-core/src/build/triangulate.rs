@@ -16,6 +16,8 @@ use std::collections::VecDeque;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
+use crate::index::as_u32;
+
 /// Cuts polygons into triangles; keeps its working arrays between polygons.
 #[derive(Default)]
 pub struct Triangulator {
@@ -154,7 +156,7 @@ impl Triangulator {
     /// Sets up the ring of corners.
     fn start(&mut self, positions: &[DVec3]) {
         project(positions, &mut self.points);
-        let n = positions.len() as u32;
+        let n = as_u32(positions.len());
         self.corners.clear();
         self.corners.extend((0..n).map(|i| Corner {
             previous: if i == 0 { n - 1 } else { i - 1 },
@@ -169,7 +171,7 @@ impl Triangulator {
     /// Clips corners at the same position as the next one, which makes triangles without area. Returns their number.
     fn clip_repeated(&mut self, positions: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> usize {
         let mut clipped = 0;
-        for tip in 0..positions.len() as u32 {
+        for tip in 0..as_u32(positions.len()) {
             let Corner { previous, next, .. } = self.corners[tip as usize];
             let is_repeated = positions[tip as usize] == positions[next as usize];
             if is_repeated && clipped + 2 < positions.len() {
@@ -183,7 +185,7 @@ impl Triangulator {
 
     /// Separates convex corners from the others and queues all.
     fn classify(&mut self) {
-        for i in 0..self.corners.len() as u32 {
+        for i in 0..as_u32(self.corners.len()) {
             self.corners[i as usize].is_convex = self.turn_at(i) > 0.0;
         }
         self.blockers.collect(&self.points, &self.corners);
@@ -191,7 +193,7 @@ impl Triangulator {
     }
 
     fn queue_all(&mut self) {
-        for i in 0..self.corners.len() as u32 {
+        for i in 0..as_u32(self.corners.len()) {
             self.queue_corner(i);
         }
     }
@@ -406,7 +408,7 @@ impl Blockers {
             !corner.is_convex && !corner.is_clipped
         };
         self.items.clear();
-        self.items.extend((0..points.len() as u32).filter(is_blocker));
+        self.items.extend((0..as_u32(points.len())).filter(is_blocker));
         self.steps = 0;
         let leaves = self.items.len().div_ceil(LEAF).next_power_of_two();
         self.leaves.clear();
@@ -501,7 +503,7 @@ fn arrange(
     ranges: &mut Vec<[u32; 2]>,
 ) {
     if leaves == 1 {
-        ranges.push([start as u32, (start + items.len()) as u32]);
+        ranges.push([as_u32(start), as_u32(start + items.len())]);
         return;
     }
     let middle = items.len() / 2;

@@ -7,11 +7,16 @@ use glam::DVec3;
 use crate::build::edges::NONE;
 use crate::build::error::BuildError;
 use crate::build::repair::Weld;
+use crate::index::as_u32;
+use crate::topology::handle::{Handle, VertexId};
 
 /// Which vertex every vertex merges into: the first one with equal coordinates, where `-0.0`
 /// equals `0.0`. Vertices that stay map to themselves. Takes linear time.
 ///
 /// Coordinates that are not a number merge with nothing.
+///
+/// # Panics
+/// There are [`Handle::LIMIT`] positions or more.
 #[must_use]
 pub fn weld_exact(positions: &[DVec3]) -> Vec<u32> {
     let mut table = VertexTable::with_room_for(positions.len());
@@ -20,7 +25,7 @@ pub fn weld_exact(positions: &[DVec3]) -> Vec<u32> {
         .enumerate()
         .map(|(vertex, &position)| {
             let key = position_key(position);
-            table.find_or_insert(key, vertex as u32, |other| positions[other as usize] == position)
+            table.find_or_insert(key, as_u32(vertex), |other| positions[other as usize] == position)
         })
         .collect()
 }
@@ -58,6 +63,9 @@ impl Weld {
 ///
 /// A `distance` of zero merges the same vertices as [`weld_exact`]; positions that are not finite merge with nothing.
 /// `distance` must be finite and not negative.
+///
+/// # Panics
+/// There are [`Handle::LIMIT`] positions or more.
 #[must_use]
 pub fn weld_within(positions: &[DVec3], distance: f64) -> Vec<u32> {
     let cell_size = 4.0 * distance;
@@ -71,14 +79,14 @@ pub fn weld_within(positions: &[DVec3], distance: f64) -> Vec<u32> {
         previous_in_cell: vec![NONE; positions.len()],
         last_in_cell: vec![NONE; positions.len()],
     };
-    let mut target: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut target: Vec<u32> = (0..as_u32(positions.len())).collect();
     for (vertex, &position) in positions.iter().enumerate() {
         if !position.is_finite() {
             continue;
         }
         match grid.first_within(position, distance) {
             Some(earlier) => target[vertex] = earlier,
-            None => grid.insert(vertex as u32),
+            None => grid.insert(as_u32(vertex)),
         }
     }
     target
@@ -174,8 +182,9 @@ struct VertexTable {
 }
 
 impl VertexTable {
-    /// A table for at most `count` vertices; it is at most half full.
+    /// A table for at most this number of vertices; it is at most half full.
     fn with_room_for(vertices: usize) -> Self {
+        assert!(vertices < VertexId::LIMIT, "more positions than 32-bit indices can address");
         let source = RandomState::new();
         Self {
             slots: vec![[NONE; 2]; (2 * vertices.max(1)).next_power_of_two()],
@@ -186,6 +195,7 @@ impl VertexTable {
     /// The vertex with this key. If there is none, the slot for it and the tag to store beside the vertex.
     fn probe(&self, key: [u64; 3], is_same: impl Fn(u32) -> bool) -> Result<u32, (usize, u32)> {
         let hash = mix(key, self.seeds);
+        #[allow(clippy::cast_possible_truncation, reason = "32 bits are left")]
         let tag = (hash >> 32) as u32;
         let mask = self.slots.len() - 1;
         let mut slot = hash as usize & mask;

@@ -1,6 +1,7 @@
 //! Closes a whole boundary loop, with triangles between its vertices or around a new vertex.
 
 use crate::edit::links::NoRoom;
+use crate::index::as_u32;
 use crate::topology::Topology;
 use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 
@@ -18,7 +19,7 @@ pub(crate) struct Ring {
 impl Ring {
     /// The ring of a boundary loop of at least three half-edges.
     pub(crate) fn new(sides: Vec<HalfEdgeId>) -> Self {
-        let n = sides.len() as u32;
+        let n = as_u32(sides.len());
         Self {
             previous: (0..n).map(|i| if i == 0 { n - 1 } else { i - 1 }).collect(),
             next: (0..n).map(|i| if i + 1 == n { 0 } else { i + 1 }).collect(),

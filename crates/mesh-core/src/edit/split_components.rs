@@ -1,5 +1,6 @@
 //! Splits a mesh into its connected components.
 
+use crate::index::as_u32;
 use crate::mesh::{MeshError, TriMesh};
 use crate::topology::handle::{FaceId, VertexId};
 
@@ -44,7 +45,7 @@ impl TriMesh {
         for (vertex, component) in components.of_vertex.iter() {
             if let Some(component) = component {
                 let sources = &mut parts[*component as usize].vertex_source;
-                new_index[vertex] = sources.len() as u32;
+                new_index[vertex] = as_u32(sources.len());
                 sources.push(vertex);
             }
         }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::index::as_u32;
 use crate::measure::BoundingBox;
 use crate::measure::fan::Fan;
 use crate::measure::triangle_bounds::TriangleBounds;
@@ -90,7 +91,7 @@ impl FaceTree {
         };
         for leaf in 0..leaves {
             for i in tree.range(leaf) {
-                tree.leaf_of_face[tree.faces[i].index()] = leaf as u32;
+                tree.leaf_of_face[tree.faces[i].index()] = as_u32(leaf);
             }
             tree.nodes[leaves - 1 + leaf] = tree.leaf_node(mesh, leaf);
         }
@@ -170,7 +171,7 @@ impl FaceTree {
             self.added_before.resize(count, None);
         }
         self.added_to_leaf.resize(self.leaves, None);
-        self.leaf_of_face[face.index()] = leaf as u32;
+        self.leaf_of_face[face.index()] = as_u32(leaf);
         self.added_before[face.index()] = self.added_to_leaf[leaf].replace(face);
         leaf
     }

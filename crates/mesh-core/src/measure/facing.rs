@@ -17,6 +17,7 @@
 
 use glam::DVec3;
 
+use crate::index::as_u32;
 use crate::measure::bounding_box::BoundingBox;
 use crate::measure::containment::{Containment, Location};
 use crate::measure::face_tree::FaceTree;
@@ -164,7 +165,7 @@ impl Parts {
     /// The number of closed components that contain each component with a volume.
     fn depths(&self, mesh: &TriMesh, containment: &Containment<'_>) -> Vec<u32> {
         let candidates = parallel::collect_each(self.sizes.len(), |i| {
-            self.candidates(mesh, containment, i as u32)
+            self.candidates(mesh, containment, as_u32(i))
         });
         let mut depths = vec![0; self.sizes.len()];
         // A container has a larger volume, so its depth is known first.

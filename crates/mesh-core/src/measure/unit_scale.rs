@@ -159,6 +159,7 @@ impl UnitScale {
 fn size(bounds: BoundingBox) -> (f64, i32) {
     let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
     // Exact, unlike the logarithm. Numbers without a leading digit have exponent -1023.
+    #[allow(clippy::cast_possible_truncation, reason = "11 bits")]
     let exponent = ((largest.to_bits() >> 52) & 0x7FF) as i32 - 1023;
     (largest, if largest > 0.0 { exponent } else { 0 })
 }

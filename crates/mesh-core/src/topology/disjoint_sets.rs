@@ -1,5 +1,7 @@
 //! Disjoint sets of indices (union by smaller index, with path halving).
 
+use crate::index::as_u32;
+
 /// A partition of `0..n` that starts with sets of one index.
 #[derive(Clone, Debug, Default)]
 pub struct DisjointSets {
@@ -10,12 +12,12 @@ impl DisjointSets {
     /// A number of sets of one index each.
     #[must_use]
     pub fn new(count: usize) -> Self {
-        Self { parent: (0..count as u32).collect() }
+        Self { parent: (0..as_u32(count)).collect() }
     }
 
     /// Adds an index as a new set and returns it.
     pub fn push(&mut self) -> u32 {
-        let index = self.parent.len() as u32;
+        let index = as_u32(self.parent.len());
         self.parent.push(index);
         index
     }

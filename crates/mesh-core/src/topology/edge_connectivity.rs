@@ -1,5 +1,6 @@
 //! Connectivity through edges of triangles that need not be manifold: components and fans.
 
+use crate::index::as_u32;
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::pairing::next;
 
@@ -57,7 +58,7 @@ impl<'t> EdgeConnectivity<'t> {
     #[must_use]
     pub fn fans(&mut self, vertices: usize) -> Vec<u32> {
         let mut fans = vec![0_u32; vertices];
-        for corner in 0..3 * self.triangles.len() as u32 {
+        for corner in 0..3 * as_u32(self.triangles.len()) {
             let v = self.vertex(corner) as usize;
             if v < vertices && self.corners.find(corner) == corner {
                 fans[v] += 1;

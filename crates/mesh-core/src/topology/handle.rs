@@ -10,6 +10,8 @@ use core::fmt;
 use core::hash::Hash;
 use core::num::NonZeroU32;
 
+use crate::index::as_u32;
+
 /// What the four handle types have in common: a dense index below [`Handle::LIMIT`].
 pub trait Handle: Copy + Eq + Ord + Hash + fmt::Debug + Send + Sync + 'static {
     /// Number of distinct indices: every handle has an index below this.
@@ -69,7 +71,7 @@ macro_rules! handle {
             #[inline]
             fn from_index(index: usize) -> Self {
                 assert!(index < Self::LIMIT, "element index out of range");
-                Self::new(index as u32)
+                Self::new(as_u32(index))
             }
 
             #[inline]

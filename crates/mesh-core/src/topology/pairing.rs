@@ -3,6 +3,7 @@
 //! A counting sort groups the sides by their smaller vertex; sides are paired inside each group. Groups are
 //! independent, so blocks of them are paired in parallel. Edges keep the order of the groups.
 
+use crate::index::as_u32;
 use crate::parallel;
 use crate::topology::half_edges::{HalfEdge, Topology};
 use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
@@ -134,7 +135,7 @@ impl Topology {
         }
         let is_one_fan =
             |v: usize| self.outgoing(VertexId::from_index(v)).count() == valence[v] as usize;
-        let pinched = |v: usize| (!is_one_fan(v)).then_some(v as u32);
+        let pinched = |v: usize| (!is_one_fan(v)).then_some(as_u32(v));
         match parallel::fold(valence.len(), None, pinched, Option::or) {
             Some(vertex) => Err(TopologyError::PinchedVertex { vertex }),
             None => Ok(()),
@@ -145,7 +146,7 @@ impl Topology {
 /// Refuses indices out of range and triangles that use a vertex twice.
 fn check_corners(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<(), TopologyError> {
     for (face, &[a, b, c]) in triangles.iter().enumerate() {
-        let face = face as u32;
+        let face = as_u32(face);
         let largest = a.max(b).max(c);
         if largest as usize >= vertex_count {
             return Err(TopologyError::IndexOutOfRange { face, vertex: largest, vertex_count });
@@ -190,7 +191,7 @@ fn pair_sides(
         let mut ends = Vec::new();
         for v in vertices {
             let bucket = &bucketed[starts[v] as usize..starts[v + 1] as usize];
-            pair_bucket(triangles, v as u32, bucket, &mut ends, &mut edges)?;
+            pair_bucket(triangles, as_u32(v), bucket, &mut ends, &mut edges)?;
         }
         Ok(edges)
     });
@@ -225,7 +226,7 @@ fn pair_bucket(
         let edge = if bucket.len() > FEW {
             let slot = &mut edge_to[ends.partition_point(|&end| end < larger)];
             if *slot == EMPTY {
-                *slot = edges.len() as u32;
+                *slot = as_u32(edges.len());
             }
             *slot as usize
         } else {
@@ -272,7 +273,7 @@ pub(crate) fn bucket_by_smaller_vertex(
     for (face, &[a, b, c]) in triangles.iter().enumerate() {
         for (corner, smaller) in [a.min(b), b.min(c), c.min(a)].into_iter().enumerate() {
             let position = &mut starts[smaller as usize + 1];
-            bucketed[*position as usize] = (3 * face + corner) as u32;
+            bucketed[*position as usize] = as_u32(3 * face + corner);
             *position += 1;
         }
     }
