@@ -1,5 +1,6 @@
 //! Detection of formats: by content first, then by extension.
 
+use crate::text::BYTE_ORDER_MARK;
 use std::fmt;
 use std::path::Path;
 
@@ -81,7 +82,7 @@ impl Format {
         if is_binary_stl(head, size) {
             return Some(Self::Stl);
         }
-        let text = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head).trim_ascii_start();
+        let text = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head).trim_ascii_start();
         if text.first() == Some(&b'{') {
             return Some(Self::Gltf);
         }

@@ -4,7 +4,7 @@ use crate::budget::Budget;
 #[cfg(feature = "gltf")]
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
-use crate::text::quote;
+use crate::text::{BYTE_ORDER_MARK, quote};
 use std::io::Read;
 use std::ops::Range;
 
@@ -209,7 +209,7 @@ impl<'a> Input<'a> {
         self.bare_returns |= self.line == 0 && bare_return;
         self.line += 1;
         self.consume(length + ending);
-        if self.line == 1 && self.window[range.clone()].starts_with(b"\xEF\xBB\xBF") {
+        if self.line == 1 && self.window[range.clone()].starts_with(BYTE_ORDER_MARK) {
             range.start += 3;
         }
         Ok(Some(range))

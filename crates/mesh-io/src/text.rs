@@ -3,6 +3,9 @@
 use std::borrow::Cow;
 use std::fmt::Write;
 
+/// The bytes that some editors put before text in UTF-8.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+
 /// A text with escapes for all characters that a terminal or an editor would obey instead of showing: control
 /// characters, marks of writing direction, characters without width. Letters of all scripts, quotes and backslashes
 /// stay.

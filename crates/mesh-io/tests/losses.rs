@@ -324,6 +324,71 @@ fn off_words_of_every_spelling() {
     }
 }
 
+#[test]
+fn off_indices_into_a_colour_map_are_whole_numbers_in_range() {
+    let text = "OFF\n4 4 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n\
+        3 0 1 2 5\n3 0 2 3 3000000000\n3 0 1 3 1.5\n3 1 2 3 -3\n";
+    let model = parsed_off(text);
+    assert_eq!(model.face_scalars[0].values.to_f64()[..], [5.0, -1.0, -1.0, -1.0]);
+}
+
+#[test]
+fn content_after_the_end_is_named() {
+    let torus = mesh_shapes::Torus { major: 3.0, minor: 1.0 }.shifted_mesh(8, 5).unwrap();
+    let model = Model::from(torus);
+    let kinds = [
+        (Format::Ply, Encoding::Text, "PLY record"),
+        (Format::Ply, Encoding::LittleEndian, "PLY record"),
+        (Format::Ply, Encoding::BigEndian, "PLY record"),
+        (Format::Stl, Encoding::LittleEndian, "STL facet"),
+        (Format::Glb, Encoding::Usual, "GLB container"),
+    ];
+    for (format, encoding, end) in kinds {
+        let mut bytes = Vec::new();
+        let options = WriteOptions { encoding, ..WriteOptions::default() };
+        write_to(&mut bytes, &model, format, &options).unwrap();
+        let read = |bytes: &[u8]| {
+            let options = ReadOptions { format: Some(format), ..ReadOptions::default() };
+            read_from(&mut &*bytes, &options).unwrap_or_else(|error| panic!("{format}: {error}"))
+        };
+        let names_it = |model: &Model| model.lost.iter().any(|lost| lost.what.contains(end));
+        let whole = read(&bytes);
+        assert!(!names_it(&whole), "{format}");
+        for more in [&b"x"[..], b"\0\0\0\0\0\0\0\0\0\0\0", b"3 0 1 2\n"] {
+            let longer = read(&[&bytes, more].concat());
+            assert!(names_it(&longer), "{format} {encoding:?}: {:?}", longer.lost);
+            assert_eq!(longer.soup, whole.soup, "{format} {encoding:?}");
+        }
+    }
+}
+
+#[test]
+fn text_may_start_with_a_byte_order_mark() {
+    let files = [
+        (Format::Obj, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        (Format::Off, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+        (
+            Format::Stl,
+            "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+             vertex 0 1 0\nendloop\nendfacet\nendsolid a\n",
+        ),
+    ];
+    for (format, text) in files {
+        let marked = format!("\u{feff}{text}");
+        for options in [
+            ReadOptions::default(),
+            ReadOptions {
+                format: Some(format),
+                size: Some(marked.len() as u64),
+                ..ReadOptions::default()
+            },
+        ] {
+            let model = read_from(&mut marked.as_bytes(), &options).unwrap();
+            assert_eq!(model.soup.face_count(), 1, "{format}");
+        }
+    }
+}
+
 fn parsed_off(text: &str) -> Model {
     let options = ReadOptions { format: Some(Format::Off), ..ReadOptions::default() };
     read_from(&mut text.as_bytes(), &options).unwrap_or_else(|error| panic!("{text}: {error}"))

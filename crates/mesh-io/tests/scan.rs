@@ -101,6 +101,24 @@ fn a_visitor_can_end_a_scan() {
 }
 
 #[test]
+fn indices_beyond_32_bits_are_kept_by_a_scan_and_refused_by_a_reader() {
+    let text = b"ply\nformat ascii 1.0\nelement face 1\nproperty list uchar double vertex_indices\n\
+        element vertex 6000000000\nproperty float x\nproperty float y\nproperty float z\nend_header\n\
+        3 0 4294967296 5999999999\n";
+    let mut face = Vec::new();
+    let end = |item: Item<'_>| {
+        if let Item::Face(corners) = item {
+            face = corners.to_vec();
+        }
+        ControlFlow::Break(())
+    };
+    scan_from(&mut &text[..], &ReadOptions::default(), &mut { end }).unwrap();
+    assert_eq!(face, [0, 4_294_967_296, 5_999_999_999]);
+    let error = read_from(&mut &text[..], &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("32-bit"), "{error}");
+}
+
+#[test]
 fn whatever_is_in_a_file_both_agree_or_the_scan_says_why() {
     let mut random = fastrand::Rng::with_seed(9);
     for (name, bytes) in files() {

@@ -5,6 +5,8 @@ use super::schema::Root;
 use crate::error::{Location, ReadErrorKind};
 use crate::external::{Files, open};
 use crate::input::Input;
+use crate::lost::Lost;
+use crate::notes::Notes;
 use crate::text::quote;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -22,7 +24,20 @@ pub(crate) struct Container {
     /// The binary chunk.
     pub binary: Option<Vec<u8>>,
     /// The number of chunks of other types.
-    pub other_chunks: u64,
+    other_chunks: u64,
+    /// Whether more bytes follow the container.
+    has_more: bool,
+}
+
+impl Container {
+    /// Names the content that is not read.
+    pub(crate) fn note(&self, notes: &mut Notes) {
+        let why = "only the JSON and the binary chunk are read";
+        notes.lose_some("chunks of other types", self.other_chunks, why);
+        if self.has_more {
+            notes.lose(Lost::new("bytes after the GLB container", "they are no part of it"));
+        }
+    }
 }
 
 /// The parts of a container, or the whole of a JSON file.
@@ -40,10 +55,16 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Container, ReadErrorKind> {
             cure: "convert the file to glTF 2.0",
         });
     }
-    // Chunks have their own lengths; the total length is not needed.
-    input.skip(4, "the total length")?;
+    let end = u64::from(u32::from_le_bytes(input.array("the total length")?));
     let (mut json, mut binary, mut other_chunks) = (None, None, 0);
+    let mut has_more = false;
     while !input.peek(1)?.is_empty() {
+        // If the total length is too small, the main chunks are read all the same: they have their own lengths.
+        let is_binary = input.peek(8)?.get(4..8) == Some(b"BIN\0");
+        has_more = input.offset() >= end && json.is_some() && !(is_binary && binary.is_none());
+        if has_more {
+            break;
+        }
         let length = u64::from(u32::from_le_bytes(input.array("the length of a chunk")?));
         let at = input.here();
         let kind: [u8; 4] = input.array("the type of a chunk")?;
@@ -62,7 +83,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Container, ReadErrorKind> {
         }
     }
     let json = json.ok_or_else(|| input.too_short("a JSON chunk", 8))?;
-    Ok(Container { json, binary, other_chunks })
+    Ok(Container { json, binary, other_chunks, has_more })
 }
 
 /// The bytes of all buffers.

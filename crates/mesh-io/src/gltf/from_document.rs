@@ -6,6 +6,7 @@ use crate::budget::Budget;
 use crate::error::{ReadError, ReadErrorKind};
 use crate::input::Input;
 use crate::model::Model;
+use crate::notes::Notes;
 use std::ops::Deref;
 use std::sync::Arc;
 
@@ -48,7 +49,7 @@ impl Model {
         let mut nothing: &[u8] = &[];
         // The caller that loaded the document has already accepted its size.
         let mut input = Input::new(&mut nothing, Some(0), Budget::new(Some(u64::MAX)));
-        let mut model = read_root(root, buffers, &mut input)?;
+        let mut model = read_root(root, buffers, Notes::default(), &mut input)?;
         crate::color_range::to_unit_range(&mut model);
         Ok(model)
     }

@@ -14,17 +14,20 @@ use crate::notes::Notes;
 use crate::text::quote;
 use crate::{Group, Model};
 use glam::{DMat3, DMat4, DVec3};
-use mesh_core::PolygonSoup;
 use mesh_core::soup::TooManyCorners;
+use mesh_core::{PolygonSoup, as_u32};
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
-    let Container { json, binary, .. } = container::read(input)?;
+    let mut notes = Notes::default();
+    let container = container::read(input)?;
+    container.note(&mut notes);
+    let Container { json, binary, .. } = container;
     input.spend(document_bytes(&json), || at("the document"))?;
     let root = parse(&json)?;
     drop(json);
     check_extensions(&root)?;
     let buffers = container::buffers(&root, binary, files, input)?;
-    read_root(root, buffers, input)
+    read_root(root, buffers, notes, input)
 }
 
 /// The memory of the document of a JSON text. Its lists grow, and its strings are copied from the text.
@@ -45,11 +48,11 @@ pub(crate) fn parse(json: &[u8]) -> Result<Root, ReadErrorKind> {
 pub(super) fn read_root(
     root: Root,
     buffers: Vec<Bytes>,
+    mut notes: Notes,
     input: &mut Input<'_>,
 ) -> Result<Model, ReadErrorKind> {
     check_extensions(&root)?;
     let document = Document { root, buffers };
-    let mut notes = Notes::default();
     let mut model = Model::default();
     let textures = material::read(&document, &mut model, &mut notes, input)?;
     let plan = Plan::of(&document, &textures, &mut notes)?;
@@ -164,7 +167,7 @@ impl<'d> Reader<'d> {
         let mut normals = Vec::with_capacity(plan.sets.len());
         for set in &plan.sets {
             let path = path_of(placed.mesh, set.primitive);
-            bases.push(self.vertex as u32);
+            bases.push(as_u32(self.vertex));
             normals.push(self.vertices(set, transform, &path)?);
         }
         for part in &plan.parts {
@@ -230,7 +233,7 @@ impl<'d> Reader<'d> {
         let path = format!("{path}.indices");
         let indices = match primitive.indices {
             Some(index) => self.document.indices(index, &path)?,
-            None => (0..count as u32).collect(),
+            None => (0..as_u32(count)).collect(),
         };
         if let Some(&index) = indices.iter().find(|&&index| index as usize >= count) {
             return Err(no_such(&path, "vertices", index, count));
@@ -243,7 +246,7 @@ impl<'d> Reader<'d> {
             .collect();
         let as_it_is = UvTransform::new(&TextureTransform::default());
         let mirrored = DMat3::from_mat4(*transform).determinant() < 0.0;
-        let group = (self.model.groups.len() as u32).wrapping_sub(1);
+        let group = as_u32(self.model.groups.len()).wrapping_sub(1);
         let material = primitive.material.unwrap_or(Model::NONE);
         let Model {
             soup,

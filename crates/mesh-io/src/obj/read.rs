@@ -10,7 +10,7 @@ use crate::numbering::Numbering;
 use crate::text::quote;
 use crate::{Group, Model};
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, as_u32};
 use std::collections::{BTreeMap, HashMap};
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
@@ -173,7 +173,7 @@ impl Reader {
     /// Switches to the group of the current object and name, and returns its memory.
     fn group(&mut self) -> u64 {
         let key = [self.object, self.group_name];
-        let next = self.groups.len() as u32;
+        let next = as_u32(self.groups.len());
         self.group = *self.group_ids.entry(key).or_insert(next);
         if self.group != next {
             return 0;
@@ -383,10 +383,14 @@ pub(super) fn corner(
     corner: &[u8],
     counts: [usize; 3],
 ) -> Result<[Option<u32>; 3], ReadErrorKind> {
-    const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+    const NAMES: [[&str; 2]; 3] = [
+        ["vertex", "vertices"],
+        ["texture coordinate", "texture coordinates"],
+        ["normal", "normals"],
+    ];
     let mut places = [None; 3];
     for (part, word) in corner.split(|&byte| byte == b'/').enumerate() {
-        let (Some(&count), Some(name)) = (counts.get(part), NAMES.get(part)) else {
+        let (Some(&count), Some([name, names])) = (counts.get(part), NAMES.get(part)) else {
             return Err(line.unexpected("no more than vertex/texture/normal", corner));
         };
         if word.is_empty() {
@@ -396,7 +400,7 @@ pub(super) fn corner(
             .ok_or_else(|| line.unexpected(format!("the index of a {name}"), corner))?;
         if index == 0 || index.unsigned_abs() > count as u64 {
             let expected = format!(
-                "the index of one of the {count} {name}s before this line (from 1, or from -1 back)"
+                "the index of one of the {count} {names} before this line (from 1, or from -1 back)"
             );
             return Err(line.unexpected(expected, word));
         }

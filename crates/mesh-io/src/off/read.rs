@@ -274,7 +274,7 @@ impl Reader<'_, '_> {
             self.uvs.push(uv.map(|value| value as f32));
         }
         if let (true, &[place]) = (header.color, color) {
-            self.vertex_places.push(place as i32);
+            self.vertex_places.push(color_index(place));
         } else if header.color {
             let color = read_color(color).ok_or_else(|| {
                 let expected = "three or four numbers of a colour";
@@ -527,7 +527,15 @@ impl Numbers {
     }
 }
 
+/// An index into a colour map; -1 if it is none.
+#[expect(clippy::cast_possible_truncation, reason = "the range is checked")]
+fn color_index(value: f64) -> i32 {
+    let is_index = value >= 0.0 && value <= f64::from(i32::MAX) && value.fract() == 0.0;
+    if is_index { value as i32 } else { -1 }
+}
+
 /// A value as an integer below `limit`.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the range is checked")]
 fn whole(value: f64, limit: u32, at: &Location, expected: &str) -> Result<u32, ReadErrorKind> {
     if value >= 0.0 && value < f64::from(limit) && value.fract() == 0.0 {
         Ok(value as u32)
@@ -572,11 +580,7 @@ impl FaceColors {
     /// Processes the values after the corners of a face: a colour, or an index into a colour map that is not in the
     /// file.
     fn push(&mut self, color: &[f64]) {
-        let place = match *color {
-            [place] if place >= 0.0 && place.fract() == 0.0 => place as i32,
-            _ => -1,
-        };
-        self.places.push(place);
+        self.places.push(if let [place] = *color { color_index(place) } else { -1 });
         let color = read_color(color);
         self.any |= color.is_some();
         self.colors.push(color.unwrap_or([f32::NAN; 4]));

@@ -6,7 +6,7 @@
 
 use super::columns::{FaceColumns, VertexColumns};
 use super::header::{self, Element, Storage};
-use super::records::{Column, Record, each_record};
+use super::records::{Column, Record, each_record, note_more};
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
@@ -15,7 +15,8 @@ use crate::notes::Notes;
 use crate::scalars::ScalarType;
 use crate::text::quote;
 use crate::{Image, ImageData, Material, Model};
-use mesh_core::PolygonSoup;
+use mesh_core::soup::TooManyCorners;
+use mesh_core::{PolygonSoup, as_u32};
 
 /// The reason why elements without indices are lost.
 const NO_INDICES: &str = "there is no list of vertex indices, vertex_indices or vertex_index";
@@ -38,6 +39,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     for element in &header.elements {
         reader.element(element)?;
     }
+    note_more(reader.input, reader.storage, &mut reader.notes)?;
     reader.finish(header.textures)
 }
 
@@ -148,7 +150,7 @@ impl Reader<'_, '_> {
         each_record(self.input, self.storage, element, |record| {
             face.clear();
             for &value in columns.indices(record) {
-                face.push(vertex_index(value, limit, record)?);
+                face.push(vertex_index::<u32>(value, limit, record)?);
             }
             if face.len() < 3 {
                 too_small += 1;
@@ -300,6 +302,11 @@ impl Reader<'_, '_> {
             self.notes
                 .add(format!("took the first of {count} textures: no face says which it has"));
         }
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "below the number of textures"
+        )]
         let place = |value: f64| {
             let is_place = value >= 0.0 && value < count as f64;
             if is_place { value as u32 } else { Model::NONE }
@@ -308,7 +315,7 @@ impl Reader<'_, '_> {
             Some(scalars) => scalars.values.iter().map(place).collect(),
             None => vec![0; faces],
         });
-        self.model.materials = (0..count as u32)
+        self.model.materials = (0..as_u32(count))
             .map(|image| Material { base_color_image: Some(image), ..Material::default() })
             .collect();
         let image = |name| Image {
@@ -326,10 +333,15 @@ fn is_plain_index_list(element: &Element) -> bool {
         && matches!(list.value, ScalarType::I32 | ScalarType::U32))
 }
 
-/// A value of a list as the index of one of `limit` vertices.
-pub(super) fn vertex_index(value: f64, limit: u64, record: &Record) -> Result<u32, ReadErrorKind> {
+/// A value of a list as the index of one of `limit` vertices, in 32 or 64 bits.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below 2^64")]
+pub(super) fn vertex_index<I: TryFrom<u64>>(
+    value: f64,
+    limit: u64,
+    record: &Record,
+) -> Result<I, ReadErrorKind> {
     if value >= 0.0 && value < limit as f64 && value.fract() == 0.0 {
-        Ok(value as u32)
+        Ok(I::try_from(value as u64).map_err(|_| TooManyCorners)?)
     } else {
         Err(out_of_range(value, limit, record.at.clone()))
     }

@@ -3,6 +3,8 @@
 use super::header::{Element, Storage};
 use crate::error::{Location, ReadErrorKind};
 use crate::input::{Input, integer, number};
+use crate::lost::Lost;
+use crate::notes::Notes;
 use crate::scalars::{ScalarType, ScalarValues};
 
 /// Expands `decode!` for the Rust type of a PLY type.
@@ -33,6 +35,26 @@ pub(super) struct Record {
     pub lists: Vec<Vec<f64>>,
     /// The location of the record.
     pub at: Location,
+}
+
+/// Notes content after the last record.
+pub(super) fn note_more(
+    input: &mut Input<'_>,
+    storage: Storage,
+    notes: &mut Notes,
+) -> Result<(), ReadErrorKind> {
+    let mut has_more = storage != Storage::Text && !input.peek(1)?.is_empty();
+    while storage == Storage::Text
+        && !has_more
+        && let Some(line) = input.line()?
+    {
+        has_more = !line.text.trim_ascii().is_empty();
+    }
+    if has_more {
+        let what = "content after the last PLY record";
+        notes.lose(Lost::new(what, "the header does not announce it"));
+    }
+    Ok(())
 }
 
 /// Decodes every record of an element in order; `visit` returns the memory that it adds to the model.

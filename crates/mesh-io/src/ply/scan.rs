@@ -3,7 +3,7 @@
 use super::columns::{FaceColumns, positions};
 use super::header::{self, Element};
 use super::read::vertex_index;
-use super::records::each_record;
+use super::records::{each_record, note_more};
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
 use crate::item::{Item, Visit};
@@ -54,6 +54,7 @@ pub(crate) fn scan(
             return Ok(flow);
         }
     }
+    note_more(input, header.storage, notes)?;
     Ok(flow)
 }
 
@@ -109,7 +110,7 @@ impl Scan<'_, '_, '_> {
         let read = each_record(self.input, self.storage, self.element, |record| {
             face.clear();
             for &value in columns.indices(record) {
-                face.push(u64::from(vertex_index(value, vertex_count, record)?));
+                face.push(vertex_index(value, vertex_count, record)?);
             }
             if face.len() < 3 {
                 too_small += 1;

@@ -105,7 +105,10 @@ impl Scene {
             let found = format!("a file in the format {format}");
             return Err(ReadErrorKind::malformed(input.here(), "glTF or GLB", found).into());
         }
-        let Container { json: text, binary, other_chunks } = container::read(&mut input)?;
+        let mut notes = Notes::default();
+        let container = container::read(&mut input)?;
+        container.note(&mut notes);
+        let Container { json: text, binary, .. } = container;
         input.spend(document_bytes(&text).saturating_add(tree_bytes(&text)), || {
             at("the document")
         })?;
@@ -115,7 +118,6 @@ impl Scene {
             ReadErrorKind::malformed(line, "a glTF document", error.to_string())
         })?;
         drop(text);
-        let mut notes = Notes::default();
         mark_normalized(&mut root, &mut json, &mut notes);
         let files = Files { folder: options.folder.as_deref(), external: options.external };
         let buffers = container::buffers(&root, binary, &files, &mut input)?;
@@ -131,8 +133,6 @@ impl Scene {
                 buffer.remove("uri");
             }
         }
-        let why = "only the JSON and the binary chunk are kept";
-        notes.lose_some("chunks of other types", other_chunks, why);
         let (notes, lost) = notes.finish();
         let memory = input.memory_left();
         Ok(Self { json, document: Arc::new(document), memory, notes, lost })

@@ -3,6 +3,7 @@
 use crate::error::{Location, ReadErrorKind};
 use crate::format::is_binary_stl;
 use crate::input::{Input, Line, Words, number};
+use crate::text::BYTE_ORDER_MARK;
 use glam::DVec3;
 
 pub(super) const HEADER: u64 = 80;
@@ -14,7 +15,7 @@ pub(super) const CORNERS: std::ops::Range<usize> = 12..48;
 /// Whether the file is text.
 pub(super) fn is_text(input: &mut Input<'_>, size: Option<u64>) -> Result<bool, ReadErrorKind> {
     let head = input.peek(512)?;
-    let text = head.trim_ascii_start();
+    let text = head.strip_prefix(BYTE_ORDER_MARK).unwrap_or(head).trim_ascii_start();
     let says_text = [&b"solid"[..], b"facet"]
         .iter()
         .any(|word| text.get(..5).is_some_and(|start| start.eq_ignore_ascii_case(word)));
