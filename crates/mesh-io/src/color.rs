@@ -11,6 +11,11 @@ pub(crate) fn are_bytes(colors: &[[f32; 4]]) -> bool {
 }
 
 /// The nearest colour in eight bits.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a cast of a float beyond the range gives its end"
+)]
 pub(crate) fn to_bytes(color: &[f32; 4]) -> [u8; 4] {
     color.map(|value| (value * 255.0).round() as u8)
 }

@@ -1,8 +1,8 @@
 //! Cutting of polygons for formats that hold only triangles.
 
 use glam::DVec3;
-use mesh_core::PolygonSoup;
 use mesh_core::build::Triangulator;
+use mesh_core::{PolygonSoup, as_u32};
 
 /// Cuts faces into triangles, along diagonals that stay inside.
 #[derive(Default)]
@@ -31,7 +31,7 @@ impl Cutter {
         // Only the equality of vertices matters.
         let mut sorted = vertices.to_vec();
         sorted.sort_unstable();
-        let place = |v: &u64| sorted.partition_point(|other| other < v) as u32;
+        let place = |v: &u64| as_u32(sorted.partition_point(|other| other < v));
         let local: Vec<u32> = vertices.iter().map(place).collect();
         self.cut_here(&local)
     }
@@ -42,7 +42,7 @@ impl Cutter {
             self.triangulator.triangulate(&self.positions, vertices, &mut self.triangles);
         } else {
             // A degenerate polygon has no interior; any triangles are acceptable.
-            self.triangles.extend((2..vertices.len() as u32).map(|last| [0, last - 1, last]));
+            self.triangles.extend((2..as_u32(vertices.len())).map(|last| [0, last - 1, last]));
         }
         &self.triangles
     }

@@ -3,6 +3,8 @@
 use crate::lost::Lost;
 use crate::model::{Alpha, Group, Image, ImageData, Material, Model, ModelError};
 use glam::DVec3;
+use mesh_core::as_u32;
+use mesh_core::soup::TooManyCorners;
 
 impl Model {
     /// The model of an OBJ file loaded by `tobj`: one group for each `tobj::Model`, with its material.
@@ -78,7 +80,8 @@ impl Loaded {
             );
         }
         let material = mesh.material_id.filter(|&id| id < materials);
-        let material = material.map_or(Model::NONE, |id| id as u32);
+        let material = material.map_or(Model::NONE, as_u32);
+        let first_vertex = u32::try_from(base).map_err(|_| TooManyCorners)?;
         let mut first = 0;
         let triangles =
             [3].repeat(if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { 0 });
@@ -89,7 +92,7 @@ impl Loaded {
                 self.small += 1;
                 continue;
             }
-            face(model, mesh, corners, base as u32)?;
+            face(model, mesh, corners, first_vertex)?;
             model.face_groups.get_or_insert_default().push(group);
             model.face_materials.get_or_insert_default().push(material);
         }
@@ -152,7 +155,7 @@ fn read_materials(materials: &[tobj::Material]) -> (Vec<Material>, Vec<Image>) {
             let (name, media_type) = (String::new(), String::new());
             images.push(Image { name, media_type, data: ImageData::Uri(uri) });
         }
-        place as u32
+        as_u32(place)
     };
     let read = |material: &tobj::Material| {
         let [r, g, b] = material.diffuse.map_or([1.0; 3], |color| color.map(|value| value as f32));

@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 use std::hash::{BuildHasher, RandomState};
 
+use mesh_core::as_u32;
+
 /// Unique names, and the number of each. Every name is stored once.
 #[derive(Default)]
 pub(crate) struct Numbering {
@@ -31,7 +33,7 @@ impl Numbering {
         match self.find(name) {
             Ok(place) => (place, false),
             Err(hash) => {
-                let place = self.names.len() as u32;
+                let place = as_u32(self.names.len());
                 self.places.insert(hash, place);
                 self.names.push(name.to_owned());
                 (place, true)

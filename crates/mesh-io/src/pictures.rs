@@ -10,6 +10,8 @@ use std::hash::BuildHasher;
 use std::io::Read;
 use std::path::PathBuf;
 
+use mesh_core::as_u32;
+
 use crate::budget::{FLOOR, PER_BYTE};
 use crate::external::External;
 use crate::model::{ImageData, Model};
@@ -157,7 +159,7 @@ impl Pictures {
             Ok(Found::Known(place)) => Some(place),
             Ok(Found::New { format, size, bytes }) => {
                 self.pictures.push(Picture { name, is_file, format, size, bytes });
-                Some((self.pictures.len() - 1) as u32)
+                Some(as_u32(self.pictures.len() - 1))
             }
             Err(error) => {
                 self.left_out.push((name, error));
@@ -234,7 +236,7 @@ impl Loader<'_> {
             return Err(PictureError::Memory { size, needed, limit });
         }
         (self.file_bytes, self.pixel_bytes) = (file_bytes, needed);
-        entry.insert_entry(known.len() as u32);
+        entry.insert_entry(as_u32(known.len()));
         Ok(Found::New { format, size, bytes })
     }
 }

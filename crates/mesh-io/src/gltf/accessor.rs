@@ -178,6 +178,11 @@ impl Document {
     }
 
     /// The values of an accessor of indices.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an unsigned integer of at most 32 bits"
+    )]
     pub(crate) fn indices(&self, index: u32, path: &str) -> Result<Vec<u32>, ReadErrorKind> {
         let values = self.values(index, path, 1..=1)?;
         if !matches!(values.kind, Kind::U8 | Kind::U16 | Kind::U32) {
@@ -292,6 +297,11 @@ impl Values<'_> {
     }
 
     /// The largest index; `None` if there are none, or no buffer gives them.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an unsigned integer of at most 32 bits, or an error later"
+    )]
     pub(crate) fn largest_index(&self) -> Result<Option<u32>, ReadErrorKind> {
         let mut largest = None;
         if !self.is_nothing() {
@@ -395,7 +405,7 @@ fn size(kind: Kind) -> usize {
 /// A component; normalised integers become -1 to 1 or 0 to 1.
 fn decode(bytes: &[u8], kind: Kind, normalized: bool) -> f64 {
     let (value, full) = match (kind, bytes) {
-        (Kind::I8, &[b]) => (f64::from(b as i8), f64::from(i8::MAX)),
+        (Kind::I8, &[b]) => (f64::from(b.cast_signed()), f64::from(i8::MAX)),
         (Kind::U8, &[b]) => (f64::from(b), f64::from(u8::MAX)),
         (Kind::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])), f64::from(i16::MAX)),
         (Kind::U16, &[a, b]) => (f64::from(u16::from_le_bytes([a, b])), f64::from(u16::MAX)),

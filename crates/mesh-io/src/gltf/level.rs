@@ -262,8 +262,11 @@ impl<'m> Level<'m> {
                         let value = values.get(vertex).unwrap_or_default() as f32;
                         floats(writer, finite_or([value], 0.0))
                     }
-                    // The low bytes of a number that fits; the others are padding.
-                    (_, Some(whole)) => writer.write_all(&(whole as i32).to_le_bytes()),
+                    (_, Some(whole)) => {
+                        // The low bytes of a number that fits; the others are padding.
+                        let [a, b, c, d, ..] = whole.to_le_bytes();
+                        writer.write_all(&[a, b, c, d])
+                    }
                 }
             }
         })

@@ -8,6 +8,7 @@ use crate::input::Input;
 use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::{Alpha, Image, ImageData, Material, Model};
+use mesh_core::as_u32;
 use percent_encoding::percent_decode_str;
 use std::collections::HashMap;
 
@@ -57,7 +58,7 @@ fn read_images(
     model.images.reserve_exact(images.len());
     for (index, image) in images.iter().enumerate() {
         let path = format!("images[{index}]");
-        let here = model.images.len() as u32;
+        let here = as_u32(model.images.len());
         let text = |text: &Option<Box<str>>| text.as_deref().unwrap_or_default().to_owned();
         let (media_type, data) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match data_uri(uri) {

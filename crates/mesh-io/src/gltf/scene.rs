@@ -4,6 +4,7 @@ use super::accessor::{Document, at, no_such};
 use super::schema::{Node, Root};
 use crate::error::ReadErrorKind;
 use glam::{DMat4, DQuat, DVec3};
+use mesh_core::as_u32;
 
 /// Deeper nesting of nodes is rejected.
 const DEEPEST: usize = 1000;
@@ -77,7 +78,7 @@ pub(crate) fn tops(root: &Root) -> Result<Vec<u32>, ReadErrorKind> {
             *is_child = true;
         }
     }
-    Ok((0..root.nodes.len() as u32).filter(|&node| !is_child[node as usize]).collect())
+    Ok((0..as_u32(root.nodes.len())).filter(|&node| !is_child[node as usize]).collect())
 }
 
 pub(crate) fn local(node: &Node) -> DMat4 {

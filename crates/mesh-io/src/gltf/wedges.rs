@@ -1,5 +1,7 @@
 //! Conversion of the vertices and corners of a model to vertices of glTF.
 
+use mesh_core::as_u32;
+
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::model::Model;
@@ -43,7 +45,7 @@ impl Wedges {
         let mut extra = HashMap::<_, u32, foldhash::fast::RandomState>::default();
         let mut of_corner = Vec::with_capacity(model.soup.corners().len());
         for (corner, &vertex) in model.soup.corners().iter().enumerate() {
-            let corner = corner as u32;
+            let corner = as_u32(corner);
             let first = &mut sources[vertex as usize].1;
             if *first == NO_CORNER {
                 *first = corner;

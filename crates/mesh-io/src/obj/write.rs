@@ -1,5 +1,7 @@
 //! Writing OBJ.
 
+use mesh_core::as_u32;
+
 use super::names::{material_names, one_line};
 use crate::decimal::Decimal;
 use crate::error::WriteError;
@@ -119,7 +121,7 @@ impl<const N: usize> Distinct<N> {
         let mut values = Vec::new();
         let mut places = HashMap::<_, _, foldhash::fast::RandomState>::default();
         let mut index_of = |value: &[f32; N]| {
-            let next = values.len() as u32;
+            let next = as_u32(values.len());
             let index = *places.entry(value.map(f32::to_bits)).or_insert(next);
             if index == next {
                 values.push(*value);

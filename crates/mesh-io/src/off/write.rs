@@ -1,5 +1,7 @@
 //! Writing OFF.
 
+use mesh_core::as_u32;
+
 use crate::color::as_bytes;
 use crate::decimal::Decimal;
 use crate::error::WriteError;
@@ -106,13 +108,13 @@ pub(crate) fn write_binary(
         }
     }
     for (index, face) in soup.faces().enumerate() {
-        writer.write_all(&(face.len() as u32).to_be_bytes())?;
+        writer.write_all(&as_u32(face.len()).to_be_bytes())?;
         for vertex in face {
             writer.write_all(&vertex.to_be_bytes())?;
         }
         let color = model.face_colors.as_ref().map(|colors| colors[index]);
         let color = color.filter(|color| !color[0].is_nan());
-        writer.write_all(&(color.as_slice().as_flattened().len() as u32).to_be_bytes())?;
+        writer.write_all(&as_u32(color.as_slice().as_flattened().len()).to_be_bytes())?;
         floats(writer, color.as_slice().as_flattened())?;
     }
     Ok(WriteReport { rounding: rounding(soup.positions()), ..WriteReport::default() })

@@ -72,13 +72,15 @@ impl<'w> PlyPassing<'w> {
     }
 
     pub(crate) fn face(&mut self, vertices: &[u64]) -> std::io::Result<()> {
-        let count = vertices.len() as u32;
+        let beyond = |_| std::io::Error::other("a face does not fit what was announced");
         if self.long_lists {
-            self.values.u32(count)?;
+            self.values.u32(u32::try_from(vertices.len()).map_err(beyond)?)?;
         } else {
-            self.values.u8(count as u8)?;
+            self.values.u8(u8::try_from(vertices.len()).map_err(beyond)?)?;
         }
-        vertices.iter().try_for_each(|&v| self.values.u32(v as u32))?;
+        for &v in vertices {
+            self.values.u32(u32::try_from(v).map_err(beyond)?)?;
+        }
         self.values.end()
     }
 }

@@ -11,6 +11,7 @@ use crate::scalars::{ScalarType, ScalarValues, Scalars, each_type};
 use crate::single::{are_finite, finite_or, rounding};
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 use glam::DVec3;
+use mesh_core::as_u32;
 use std::io::Write;
 
 pub(crate) fn write(
@@ -242,7 +243,10 @@ impl<'m> Plan<'m> {
     }
 
     fn count(&self, count: usize, values: &mut impl Values) -> std::io::Result<()> {
-        if self.long_lists { values.u32(count as u32) } else { values.u8(count as u8) }
+        match u8::try_from(count) {
+            Ok(count) if !self.long_lists => values.u8(count),
+            _ => values.u32(as_u32(count)),
+        }
     }
 }
 

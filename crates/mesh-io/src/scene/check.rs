@@ -1,5 +1,7 @@
 //! Checks of a document that is kept whole: every index that is used here is in range.
 
+use mesh_core::as_u32;
+
 use crate::error::ReadErrorKind;
 use crate::gltf::accessor::{Document, at, item, no_such};
 use crate::gltf::plan::path_of;
@@ -10,7 +12,7 @@ use crate::input::Input;
 /// Checks the accessors, the primitives and the nodes. Values that exist only in compressed data are not checked.
 pub(super) fn check(document: &Document, input: &Input<'_>) -> Result<(), ReadErrorKind> {
     let root = &document.root;
-    for index in 0..root.accessors.len() as u32 {
+    for index in 0..as_u32(root.accessors.len()) {
         let path = format!("accessors[{index}]");
         let values = document.values(index, &path, 1..=16).map(|_| ());
         if let Err(error) = values
@@ -28,7 +30,7 @@ pub(super) fn check(document: &Document, input: &Input<'_>) -> Result<(), ReadEr
     let mut largest = Largest { known: vec![None; root.accessors.len()], read: 0 };
     for (mesh, primitives) in root.meshes.iter().enumerate() {
         for (index, primitive) in primitives.primitives.iter().enumerate() {
-            let path = path_of(mesh as u32, index);
+            let path = path_of(as_u32(mesh), index);
             check_primitive(document, primitive, &path, &mut largest, input)?;
         }
     }

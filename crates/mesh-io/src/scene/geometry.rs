@@ -1,5 +1,7 @@
 //! The triangles of a mesh, with all data of their vertices.
 
+use mesh_core::as_u32;
+
 use super::document::Scene;
 use super::vertex_data::VertexData;
 use crate::color_range::to_unit_range;
@@ -105,7 +107,7 @@ impl Scene {
         let mut end = 0;
         for part in &mesh_plan.parts {
             let path = path_of(mesh, part.primitive);
-            let primitive = item(&content.primitives, part.primitive as u32, "primitives", &path)?;
+            let primitive = item(&content.primitives, as_u32(part.primitive), "primitives", &path)?;
             let count = mesh_plan.sets.get(part.set).map_or(0, |set| set.count);
             let faces = end..end + part.faces;
             end = faces.end;
@@ -117,14 +119,14 @@ impl Scene {
             primitives.push(ScenePrimitive {
                 index: part.primitive,
                 faces,
-                first_vertex: first.get(part.set).copied().unwrap_or(0) as u32,
+                first_vertex: as_u32(first.get(part.set).copied().unwrap_or(0)),
                 vertex_count: count,
                 attributes: attributes(&primitive.attributes)?,
                 targets: primitive.targets.iter().map(attributes).collect::<Result<_, _>>()?,
             });
         }
         if primitives.len() > 1 {
-            let groups = (0..primitives.len() as u32).zip(&primitives);
+            let groups = (0..as_u32(primitives.len())).zip(&primitives);
             let of_faces = groups.flat_map(|(group, p)| std::iter::repeat_n(group, p.faces.len()));
             model.face_groups = Some(of_faces.collect());
             let group =
@@ -141,7 +143,7 @@ impl Scene {
 fn number_materials(model: &mut Model) {
     let mut numbers = HashMap::new();
     for material in model.face_materials.iter_mut().flatten().filter(|m| **m != Model::NONE) {
-        let next = numbers.len() as u32;
+        let next = as_u32(numbers.len());
         *material = *numbers.entry(*material).or_insert(next);
     }
     model.materials = vec![Material::default(); numbers.len()];

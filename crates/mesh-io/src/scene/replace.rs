@@ -9,6 +9,7 @@ use crate::gltf::accessor::{Bytes, Document};
 use crate::gltf::plan::path_of;
 use crate::lost::Lost;
 use crate::text::quote;
+use mesh_core::as_u32;
 use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -133,7 +134,7 @@ impl Edit {
         let mesh = list_mut(json, "meshes").get_mut(index);
         let mesh = mesh.ok_or_else(|| WriteError::Scene(format!("there is no mesh {index}")))?;
         for primitive in &new.primitives {
-            let path = path_of(index as u32, primitive.index);
+            let path = path_of(as_u32(index), primitive.index);
             let object = list_mut(mesh, "primitives").get_mut(primitive.index);
             let object = object.ok_or_else(|| WriteError::Scene(format!("there is no {path}")))?;
             if !primitive.triangles.is_empty() {
@@ -270,7 +271,7 @@ impl Edit {
     fn sparse(&mut self, data: &VertexData, vertices: &[usize]) -> Value {
         let start = self.bytes.len();
         for &vertex in vertices {
-            self.bytes.extend((vertex as u32).to_le_bytes());
+            self.bytes.extend(as_u32(vertex).to_le_bytes());
         }
         let indices = self.view(start, None, None);
         let start = self.bytes.len();

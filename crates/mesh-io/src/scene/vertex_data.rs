@@ -62,6 +62,11 @@ impl VertexData {
 
     /// Appends a number in the component type to `bytes`: rounded to the nearest integer within range, if it is an
     /// integer type.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to the range of the type"
+    )]
     pub fn encode(&self, value: f64, bytes: &mut Vec<u8>) {
         let whole = self.component.range().map(|[least, most]| {
             // Integers of 32 bits are exact in this type.
@@ -114,7 +119,7 @@ impl VertexData {
 
 fn decode(bytes: &[u8], component: ScalarType) -> f64 {
     match (component, bytes) {
-        (ScalarType::I8, &[b]) => f64::from(b as i8),
+        (ScalarType::I8, &[b]) => f64::from(b.cast_signed()),
         (ScalarType::U8, &[b]) => f64::from(b),
         (ScalarType::I16, &[a, b]) => f64::from(i16::from_le_bytes([a, b])),
         (ScalarType::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])),

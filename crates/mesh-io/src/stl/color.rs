@@ -41,6 +41,7 @@ impl Convention {
 
     /// The colour of a facet from its two bytes; `None` for a facet without colour.
     pub(super) fn color(self, attribute: u16) -> Option<[f32; 4]> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let channel = |shift: u32| {
             let five = f32::from((attribute >> shift) & 31);
             (five * 255.0 / 31.0).round() as u8
@@ -58,6 +59,7 @@ impl Convention {
 impl StlColors {
     /// The two bytes of a facet with this colour; NaN means no colour.
     pub(super) fn attribute(self, color: [f32; 4]) -> u16 {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 31")]
         let [r, g, b] = [color[0], color[1], color[2]]
             .map(|value| (value.clamp(0.0, 1.0) * 31.0).round() as u16);
         match (self, color[0].is_nan()) {

@@ -9,7 +9,7 @@ use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::{Group, Model};
 use glam::DVec3;
-use mesh_core::{PolygonSoup, soup::TooManyCorners};
+use mesh_core::{PolygonSoup, as_u32, soup::TooManyCorners};
 use std::collections::HashMap;
 
 /// The memory of a vertex, including its entry in the table of positions.
@@ -142,7 +142,7 @@ impl TextReader {
                 let corners: Result<Vec<u32>, TooManyCorners> =
                     corners.iter().map(|corner| self.weld.vertex(corner.to_array())).collect();
                 self.weld.soup.push_face(&corners?)?;
-                self.face_groups.push((self.groups.len() as u32).wrapping_sub(1));
+                self.face_groups.push(as_u32(self.groups.len()).wrapping_sub(1));
             }
         }
         Ok(())
