@@ -466,3 +466,17 @@ fn off_binary_in_either_byte_order() {
         assert_eq!(read.soup, model.soup);
     }
 }
+
+/// The words of the second line were lost.
+#[cfg(feature = "obj")]
+#[test]
+fn two_lines_of_an_obj_file_that_became_one_are_an_error() {
+    let head = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (line, word) in [("vn 0 0 1 g side", "\"g\""), ("vt 0.5 1 vt 0 0", "\"vt\"")] {
+        let error = parse(format!("{head}{line}\nf 1 2 3\n")).unwrap_err().to_string();
+        assert!(error.contains(word) && error.contains("line 4"), "{error}");
+    }
+    for line in ["vn 0 0 1 # g side", "vt 0.5 1 0", "vn 0 0 1"] {
+        assert!(parse(format!("{head}{line}\nf 1 2 3\n")).is_ok(), "{line}");
+    }
+}

@@ -359,7 +359,8 @@ fn cost_of_name(is_new: bool, name: &[u8]) -> u64 {
     if is_new { Numbering::COST + name.len() as u64 } else { 0 }
 }
 
-/// The numbers after the keyword. At least `least` are required; surplus ones are ignored.
+/// The numbers after the keyword. At least `least` are required; surplus ones are ignored, but another word is an
+/// error: two lines became one.
 fn floats<const N: usize>(line: Line<'_>, least: usize) -> Result<[f32; N], ReadErrorKind> {
     let mut values = [0.0; N];
     let mut words = line.words().skip(1);
@@ -373,7 +374,10 @@ fn floats<const N: usize>(line: Line<'_>, least: usize) -> Result<[f32; N], Read
             }
         }
     }
-    Ok(values)
+    match words.find(|word| number(word).is_none()) {
+        None => Ok(values),
+        Some(word) => Err(line.unexpected("a number or the end of the line", word)),
+    }
 }
 
 /// The indices of the vertex, the texture coordinate and the normal in `v/vt/vn`. The elements must have been defined
