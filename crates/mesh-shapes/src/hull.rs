@@ -6,6 +6,7 @@
 //! convexity.
 
 use glam::DVec3;
+use mesh_core::as_u32;
 use robust::{Coord3D, orient3d};
 
 /// Why points have no convex hull.
@@ -90,13 +91,13 @@ impl<'a> Hull<'a> {
         hull.push([b, a, d], [0, 3, 2]);
         hull.push([c, b, d], [0, 1, 3]);
         hull.push([a, c, d], [0, 2, 1]);
-        hull.distribute(0..points.len() as u32, 0);
+        hull.distribute(0..as_u32(points.len()), 0);
         Ok(hull)
     }
 
     fn push(&mut self, corners: [u32; 3], across: [u32; 3]) -> u32 {
         self.faces.push(Face { corners, across, waiting: Vec::new(), alive: true });
-        (self.faces.len() - 1) as u32
+        as_u32(self.faces.len() - 1)
     }
 
     /// Six times the volume between face and point: positive exactly if the point sees the face.
@@ -107,7 +108,7 @@ impl<'a> Hull<'a> {
 
     /// Assigns points to the first face from `first` on that they see, if any.
     fn distribute(&mut self, points: impl Iterator<Item = u32>, first: u32) {
-        let end = self.faces.len() as u32;
+        let end = as_u32(self.faces.len());
         for point in points {
             if let Some(face) = (first..end).find(|&face| self.height(face, point) > 0.0) {
                 self.faces[face as usize].waiting.push(point);
@@ -153,7 +154,7 @@ impl<'a> Hull<'a> {
                 }
             }
         }
-        let first = self.faces.len() as u32;
+        let first = as_u32(self.faces.len());
         for &([from, to], other) in &horizon {
             let face = self.push([from, to, apex], [other, 0, 0]);
             self.starting_at[from as usize] = face;
@@ -164,7 +165,7 @@ impl<'a> Hull<'a> {
                 }
             }
         }
-        for face in first..self.faces.len() as u32 {
+        for face in first..as_u32(self.faces.len()) {
             let next = self.starting_at[self.faces[face as usize].corners[1] as usize];
             self.faces[face as usize].across[1] = next;
             self.faces[next as usize].across[2] = face;
@@ -192,7 +193,7 @@ fn first_corners(points: &[DVec3]) -> Option<[u32; 4]> {
     let c = farthest(&|p| (points[b] - points[a]).cross(p - points[a]).length_squared())?;
     let height = |p| above(points[a], points[b], points[c], p);
     let d = farthest(&|p| height(p).abs())?;
-    let [i, j, k, l] = [a, b, c, d].map(|index| index as u32);
+    let [i, j, k, l] = [a, b, c, d].map(|index| as_u32(index));
     match height(points[d]) {
         h if h > 0.0 => Some([i, k, j, l]),
         h if h < 0.0 => Some([i, j, k, l]),

@@ -3,7 +3,7 @@
 use crate::error::ShapeError;
 use crate::polyhedra::{CUBE_CORNERS, CUBE_SIDES, triangles};
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, as_u32};
 
 /// The cube [-1, 1]³ with a vertex at each face's centre, pulled in by `inset`; each face is a
 /// fan of four triangles around its centre. Its area is 24 √(1 + inset²).
@@ -27,7 +27,7 @@ pub fn inset_cube(inset: f64) -> Result<PolygonSoup, ShapeError> {
         CUBE_CORNERS.iter().map(|corner| DVec3::from(corner.map(f64::from))).collect();
     let mut faces = Vec::with_capacity(24);
     for side in CUBE_SIDES {
-        let centre = points.len() as u32;
+        let centre = as_u32(points.len());
         let middle = side.iter().map(|&corner| points[corner as usize]).sum::<DVec3>() / 4.0;
         points.push((1.0 - inset) * middle);
         for (i, &corner) in side.iter().enumerate() {

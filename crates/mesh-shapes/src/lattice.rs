@@ -3,7 +3,7 @@
 use crate::error::{ShapeError, fits};
 use crate::irregular::Irregular;
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, as_u32};
 
 /// The diagonal that halves the cell a, b, c, d.
 #[derive(Clone, Copy)]
@@ -102,7 +102,7 @@ impl Lattice {
         cut: Diagonal,
     ) -> Result<(), ShapeError> {
         let (row_after, column_after) = (self.rows.next(row), self.columns.next(column));
-        let vertex = |row: usize, column: usize| (row * self.columns.vertices() + column) as u32;
+        let vertex = |row: usize, column: usize| as_u32(row * self.columns.vertices() + column);
         let (a, c) = (vertex(row, column), vertex(row_after, column_after));
         let (mut b, mut d) = (vertex(row, column_after), vertex(row_after, column));
         if self.transposed {

@@ -7,7 +7,7 @@ use crate::noise::mean_edge_length;
 use crate::polyhedra::{ICOSAHEDRON_FACES, icosahedron_corners};
 use core::f64::consts::{PI, TAU};
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, as_u32};
 use std::collections::HashMap;
 
 /// The sphere around the origin.
@@ -47,7 +47,7 @@ impl Sphere {
         }
         soup.push_vertex(-self.radius * DVec3::Z);
 
-        let vertex = |band: usize, i: usize| (1 + (band - 1) * sectors + i % sectors) as u32;
+        let vertex = |band: usize, i: usize| as_u32(1 + (band - 1) * sectors + i % sectors);
         for i in 0..sectors {
             soup.push_face(&[0, vertex(1, i), vertex(1, i + 1)])?;
         }
@@ -59,7 +59,7 @@ impl Sphere {
                 soup.push_face(&[a, c, d])?;
             }
         }
-        let south = (soup.vertex_count() - 1) as u32;
+        let south = as_u32(soup.vertex_count() - 1);
         for i in 0..sectors {
             soup.push_face(&[south, vertex(bands - 1, i + 1), vertex(bands - 1, i)])?;
         }
@@ -152,7 +152,7 @@ impl Sphere {
             used[vertex as usize] = true;
         }
         if let Some(vertex) = used.iter().position(|&used| !used) {
-            return Err(ShapeError::NotOnHull { vertex: vertex as u32 });
+            return Err(ShapeError::NotOnHull { vertex: as_u32(vertex) });
         }
         self.scaled(&points, &faces)
     }
@@ -172,7 +172,7 @@ fn split_in_four(points: &mut Vec<DVec3>, faces: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut midpoint = |a: u32, b: u32| {
         *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
             points.push((points[a as usize] + points[b as usize]).normalize());
-            (points.len() - 1) as u32
+            as_u32(points.len() - 1)
         })
     };
     let mut split = Vec::with_capacity(4 * faces.len());
@@ -197,11 +197,11 @@ fn split_by_frequency(
         let (low, high, step) = if from < to { (from, to, step) } else { (to, from, n - step) };
         let first = *edges.entry((low, high)).or_insert_with(|| {
             let (p, q) = (points[low as usize], points[high as usize]);
-            let first = points.len() as u32;
+            let first = as_u32(points.len());
             points.extend((1..n).map(|i| (p * (n - i) as f64 + q * i as f64).normalize()));
             first
         });
-        first + step as u32 - 1
+        first + as_u32(step) - 1
     };
     // Row i is parallel to bc, and has i + 1 vertices; rows are numbered away from a.
     let mut rows: Vec<Vec<u32>> = vec![vec![corners[0]]];
@@ -215,10 +215,10 @@ fn split_by_frequency(
     last.push(corners[2]);
     rows.push(last);
     for (i, row) in rows.iter_mut().enumerate().take(n).skip(2) {
-        let first = points.len() as u32;
+        let first = as_u32(points.len());
         let weights = (1..i).map(|j| [n - i, i - j, j].map(|weight| weight as f64));
         points.extend(weights.map(|[x, y, z]| (a * x + b * y + c * z).normalize()));
-        row.splice(1..1, first..first + i as u32 - 1);
+        row.splice(1..1, first..first + as_u32(i) - 1);
     }
     for (upper, lower) in rows.iter().zip(&rows[1..]) {
         for (j, &top) in upper.iter().enumerate() {

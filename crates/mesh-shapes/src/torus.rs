@@ -6,7 +6,7 @@ use crate::irregular::Irregular;
 use crate::lattice::{Axis, Diagonal, Lattice};
 use core::f64::consts::TAU;
 use glam::{DVec2, DVec3};
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, as_u32};
 
 /// The torus around the z axis.
 ///
@@ -61,7 +61,7 @@ impl Torus {
                 soup.push_vertex(self.point(u, v));
             }
         }
-        let vertex = |i: usize, j: usize| ((i % rings) * sides + j % sides) as u32;
+        let vertex = |i: usize, j: usize| as_u32((i % rings) * sides + j % sides);
         for i in 0..rings {
             for j in 0..sides {
                 soup.push_face(&[vertex(i, j), vertex(i + 1, j), vertex(i, j + 1)])?;
