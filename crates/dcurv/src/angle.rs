@@ -100,7 +100,7 @@ impl AngleSum {
         // In the lower half-plane: turn by pi. Unlike a comparison, the sign bit also distinguishes pi + pi, whose sine
         // is -0, from 0 + 0, whose sine is +0.
         let sign = product.y.to_bits() & (1 << 63);
-        self.half_turns += (sign >> 63) as i32;
+        self.half_turns += i32::from(sign != 0);
         self.direction = DVec2::new(f64::from_bits(product.x.to_bits() ^ sign), product.y.abs());
         self.terms += 1;
         // Each term multiplies the length of the product by at most 2 sqrt(2).
