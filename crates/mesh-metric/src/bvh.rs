@@ -8,6 +8,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
+use mesh_core::as_u32;
 use mesh_core::parallel;
 use mesh_core::simd::{LANES, Vec3x8};
 
@@ -106,7 +107,7 @@ impl Bvh {
     #[inline(always)]
     pub(crate) fn nearest_with<S: Simd>(&self, simd: S, point: DVec3, guess: u32) -> Nearest {
         let point = Vec3x8::splat(simd, point);
-        let first = guess / LANES as u32;
+        let first = guess / as_u32(LANES);
         let mut best = self.nearest_in_leaf(simd, point, first);
         let mut stack = TraversalStack::new(self.root_height());
         // The distance of a non-finite point is NaN.
@@ -221,8 +222,8 @@ impl Bvh {
                 let squares = self.squared_gaps(simd, wide, task);
                 stack.push_children(task, squares, enough);
             } else {
-                for lane in 0..LANES as u32 {
-                    let triangle = self.triangle(task.index * LANES as u32 + lane);
+                for lane in 0..as_u32(LANES) {
+                    let triangle = self.triangle(task.index * as_u32(LANES) + lane);
                     nearest = nearest.min(lower_bound(point, &triangle));
                 }
             }
@@ -252,8 +253,8 @@ impl Bvh {
         let triangles = self.boxes.leaf(simd, leaf);
         let (offsets, squares) = closest_on_triangles(point, triangles);
         let squared = squares.reduce_min();
-        let lane = squares.simd_eq(squared).to_bitmask().trailing_zeros() % LANES as u32;
-        Nearest { offset: offsets.at(lane as usize), squared, slot: leaf * LANES as u32 + lane }
+        let lane = squares.simd_eq(squared).to_bitmask().trailing_zeros() % as_u32(LANES);
+        Nearest { offset: offsets.at(lane as usize), squared, slot: leaf * as_u32(LANES) + lane }
     }
 
     #[inline(always)]
@@ -288,14 +289,14 @@ impl TraversalStack {
     #[inline(always)]
     pub(crate) fn new(height: usize) -> Self {
         let mut stack = [StackEntry::default(); MAX_ENTRIES];
-        stack[0].height = height as u32;
+        stack[0].height = as_u32(height);
         Self { stack, count: 1 }
     }
 
     /// Clears the stack and pushes the root.
     #[inline(always)]
     pub(crate) fn restart(&mut self, height: usize) {
-        self.stack[0] = StackEntry { height: height as u32, ..StackEntry::default() };
+        self.stack[0] = StackEntry { height: as_u32(height), ..StackEntry::default() };
         self.count = 1;
     }
 
@@ -324,7 +325,7 @@ impl TraversalStack {
                 self.stack[place] = self.stack[place - 1];
                 place -= 1;
             }
-            let index = node.index * LANES as u32 + lane;
+            let index = node.index * as_u32(LANES) + lane;
             self.stack[place] = StackEntry { squared, index, height: node.height - 1 };
             self.count += 1;
         }
@@ -387,6 +388,11 @@ struct Place {
     triangle: u32,
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a cast of a float beyond the range gives its end"
+)]
 fn places(centers: &[DVec3]) -> Vec<Place> {
     let add = |[min, max]: [DVec3; 2], [p, q]: [DVec3; 2]| [min.min(p), max.max(q)];
     let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
@@ -394,7 +400,7 @@ fn places(centers: &[DVec3]) -> Vec<Place> {
     let scale = f64::from(u32::MAX) / (0.5 * max - 0.5 * min).max_element().max(f64::MIN_POSITIVE);
     parallel::collect(centers.len(), |t| {
         let center = (0.5 * centers[t] - 0.5 * min) * scale;
-        Place { center: center.to_array().map(|c| c as u32), triangle: t as u32 }
+        Place { center: center.to_array().map(|c| c as u32), triangle: as_u32(t) }
     })
 }
 

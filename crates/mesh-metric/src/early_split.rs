@@ -7,6 +7,7 @@
 //! the whole triangle, so the result is the same.
 
 use glam::DVec3;
+use mesh_core::as_u32;
 use mesh_core::parallel;
 
 /// Fewer triangles are never split.
@@ -52,9 +53,14 @@ pub(crate) fn split_long_triangles(
     let extra = MOST.min((PIECES - 1) * count) as f64;
     let (mut triangles, mut pieces) = (Vec::new(), Vec::new());
     for t in 0..count {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "1000 at most; NaN gives 0"
+        )]
         let of = 1 + (extra * (root(t) / roots)).min(1000.0) as u16;
         for number in 0..of {
-            triangles.push(t as u32);
+            triangles.push(as_u32(t));
             pieces.push(Section { number, of });
         }
     }

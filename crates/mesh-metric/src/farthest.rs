@@ -6,6 +6,7 @@
 use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 use glam::DVec3;
+use mesh_core::as_u32;
 use mesh_core::simd::{LANES, Vec3x8};
 
 use crate::bvh::{Bvh, TraversalStack};
@@ -74,7 +75,7 @@ impl Bvh {
         largest: &mut f64,
     ) -> u32 {
         let point = Vec3x8::splat(simd, point);
-        let mut best = self.nearest_in_leaf(simd, point, guess / LANES as u32);
+        let mut best = self.nearest_in_leaf(simd, point, guess / as_u32(LANES));
         stack.restart(self.root_height());
         while let Some(task) = stack.pop().filter(|_| best.squared > *largest) {
             if task.squared >= best.squared {

@@ -7,6 +7,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f64x8};
 use glam::DVec3;
+use mesh_core::as_u32;
 use mesh_core::simd::{LANES, Vec3x8};
 
 use crate::bvh::{Bvh, Nearest, StackEntry, TraversalStack};
@@ -21,7 +22,7 @@ impl Bvh {
 
     /// As [`Bvh::nearest_to_each`], for points in spatial order.
     pub(crate) fn nearest_to_neighbours(&self, points: &[DVec3]) -> Vec<Nearest> {
-        let finite = (0..points.len() as u32).filter(|&index| points[index as usize].is_finite());
+        let finite = (0..as_u32(points.len())).filter(|&index| points[index as usize].is_finite());
         self.nearest_in_order(points, &finite.collect::<Vec<_>>())
     }
 
@@ -145,6 +146,11 @@ impl<S: Simd> Packet<S> {
 
     /// The slot of the triangle that is closest to one of the points.
     #[inline(always)]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the lanes hold numbers of slots"
+    )]
     pub(crate) fn slot(&self, lane: usize) -> u32 {
         self.slots[lane] as u32
     }
@@ -171,13 +177,18 @@ impl<S: Simd> Packet<S> {
         while nearer != 0 {
             let lane = nearer.trailing_zeros();
             nearer &= nearer - 1;
-            let slot = task.index * LANES as u32 + lane;
+            let slot = task.index * as_u32(LANES) + lane;
             self.measure(bvh.triangle(slot), slot);
         }
     }
 }
 
 /// The indices of the finite points along a Morton curve with 1024 steps per axis.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "0 to 1024; the lower half of a key is an index"
+)]
 pub(crate) fn along_a_curve(points: &[DVec3]) -> Vec<u32> {
     let finite = || points.iter().enumerate().filter(|(_, p)| p.is_finite());
     let [min, max] = bounds_of(finite().map(|(_, p)| *p));

@@ -3,8 +3,8 @@
 use core::ops::{AddAssign, Range};
 
 use glam::DVec3;
-use mesh_core::SplitMix64;
 use mesh_core::parallel;
+use mesh_core::{SplitMix64, as_u32};
 
 use crate::surface::Surface;
 
@@ -68,7 +68,7 @@ impl<'a> AreaSampler<'a> {
             let corners = self.surface.triangle(triangle);
             let (position, weights) =
                 self.rule.point(index, at, [start, self.cumulative[triangle]], corners);
-            SurfaceSample { position, triangle: triangle as u32, weights }
+            SurfaceSample { position, triangle: as_u32(triangle), weights }
         })
     }
 }

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use glam::DVec3;
-use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, parallel};
+use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, as_u32, parallel};
 
 use crate::bvh::{Bvh, Nearest};
 use crate::frame::Frame;
@@ -123,7 +123,7 @@ impl Surface {
             count if count >= FaceId::LIMIT => return Err(SurfaceError::TooLarge(count)),
             _ => {}
         }
-        let triangles: Vec<[u32; 3]> = (0..positions.len() as u32).map(|v| [v; 3]).collect();
+        let triangles: Vec<[u32; 3]> = (0..as_u32(positions.len())).map(|v| [v; 3]).collect();
         Self::from_triangles(positions, &triangles)
     }
 
@@ -181,7 +181,7 @@ impl Surface {
             is_used[vertex as usize] = true;
         }
         let mut used = Vec::with_capacity(is_used.iter().filter(|&&is_used| is_used).count());
-        used.extend((0..self.positions.len() as u32).filter(|&v| is_used[v as usize]));
+        used.extend((0..as_u32(self.positions.len())).filter(|&v| is_used[v as usize]));
         used
     }
 
