@@ -1,7 +1,7 @@
 //! A block of a flat mesh with all data that its collapses need, and the result of its collapses.
 
 use glam::DVec3;
-use mesh_core::{TriMesh, parallel};
+use mesh_core::{TriMesh, as_u32, parallel};
 
 use crate::blocks::block_mesh::{BlockMesh, Goal, Part, Step};
 use crate::blocks::bucket_queue::BUCKETS;
@@ -104,12 +104,12 @@ impl Block {
         strangers.dedup();
         let number = |v: u32| {
             // For vertices before the block, the difference wraps to a very large number.
-            let place = partition.rank(v).wrapping_sub(first as u32);
+            let place = partition.rank(v).wrapping_sub(as_u32(first));
             if (place as usize) < own.len() {
                 return place;
             }
             let (Ok(place) | Err(place)) = strangers.binary_search(&v);
-            (own.len() + place) as u32
+            as_u32(own.len() + place)
         };
         let triangle = |&face: &u32| {
             let [a, b, c] = corners(face);
@@ -172,7 +172,7 @@ impl Block {
         let half_edges: Vec<[u32; 3]> =
             half_edges.map(|[a, b, c]| [a.get(), b.get(), c.get()]).collect();
         let (own, handed_on) = (topology.vertex_count(), half_edges.len());
-        let vertices: Vec<u32> = (0..own as u32).collect();
+        let vertices: Vec<u32> = (0..as_u32(own)).collect();
         Self {
             part: Part {
                 triangles: topology.triangles().collect(),
@@ -182,7 +182,7 @@ impl Block {
                 half_edges,
                 half_edge_capacity: topology.half_edge_capacity(),
             },
-            face_ids: (0..handed_on as u32).collect(),
+            face_ids: (0..as_u32(handed_on)).collect(),
             handed_on,
             vertex_ids: vertices.clone(),
             vertices,

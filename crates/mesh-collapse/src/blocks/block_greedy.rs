@@ -7,7 +7,7 @@
 use core::ops::ControlFlow;
 use std::time::Instant;
 
-use mesh_core::{TriMesh, parallel};
+use mesh_core::{TriMesh, as_u32, parallel};
 
 use crate::blocks::flat_mesh::FlatMesh;
 use crate::blocks::partition::Partition;
@@ -212,7 +212,7 @@ impl Passes<'_> {
                 break;
             }
             let reduced = &blocks[block as usize];
-            self.run.push(LogEntry { faces_before: faces as u32, ..reduced.entries[i as usize] });
+            self.run.push(LogEntry { faces_before: as_u32(faces), ..reduced.entries[i as usize] });
             faces -= reduced.faces_gone(i as usize);
             counts[block as usize] = i as usize + 1;
         }

@@ -4,6 +4,7 @@ use core::ops::Range;
 
 use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
+use mesh_core::as_u32;
 use mesh_core::parallel;
 
 use crate::blocks::block_vertex::{BlockVertex, rows};
@@ -174,15 +175,15 @@ impl BlockMesh {
     /// two blocks of them.
     fn queue_all(&mut self, is_free: &[bool]) {
         const BLOCK: u32 = 1 << 14;
-        let count = self.corners.edge_capacity() as u32;
+        let count = as_u32(self.corners.edge_capacity());
         let blocks = parallel::collect_each(count.div_ceil(BLOCK) as usize, |block| {
-            let start = BLOCK * block as u32;
+            let start = BLOCK * as_u32(block);
             let edges = start..count.min(start + BLOCK);
             dispatch!(Level::new(), simd => self.buckets(simd, edges, is_free))
         });
         for (edge, bucket) in blocks.into_iter().flatten().enumerate() {
             if bucket != HELD {
-                self.queue.push(edge as u32, bucket.into());
+                self.queue.push(as_u32(edge), bucket.into());
             }
         }
     }
@@ -207,6 +208,7 @@ impl BlockMesh {
     }
 
     #[inline(always)]
+    #[expect(clippy::cast_possible_truncation, reason = "there are fewer buckets than 65,536")]
     fn evaluate<S: Simd>(&self, simd: S, batch: &Batch, start: u32, buckets: &mut [u16]) {
         let candidates = candidates(simd, &self.vertices, &batch.ends, self.rules.marginal);
         for (&edge, cost) in batch.edges[..batch.count].iter().zip(candidates.costs) {
@@ -390,7 +392,7 @@ impl BlockMesh {
                 half_edges[across as usize] = half_edges[stays as usize];
             }
         });
-        let faces = (faces - self.corners.faces()) as u32;
+        let faces = as_u32(faces - self.corners.faces());
         let gone = &self.vertices[removed as usize];
         let (valence, has_refused) = (gone.valence(), gone.has_refused());
         let position = gone.position + half + x;
@@ -503,7 +505,7 @@ fn remember_faces(
         let plane = rows(&Quadric::plane(cross, 0.0, 1.0 / (6.0 * double_area)));
         t.iter().for_each(|&v| vertices[v as usize].add(&plane));
         for i in 0..3 {
-            if with_border && corners.twin((STRIDE * face + i) as u32) == NONE {
+            if with_border && corners.twin(as_u32(STRIDE * face + i)) == NONE {
                 let ends = [t[i], t[(i + 1) % 3]];
                 let along =
                     vertices[ends[1] as usize].position - vertices[ends[0] as usize].position;

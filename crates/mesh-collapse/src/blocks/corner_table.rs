@@ -13,6 +13,8 @@
 //!            d
 //! ```
 
+use mesh_core::as_u32;
+
 /// No vertex, corner or edge.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -85,17 +87,17 @@ impl CornerTable {
         let mut side_of = vec![NONE; capacity];
         for (face, half_edges) in half_edges.iter().enumerate() {
             for (side, &half_edge) in (STRIDE * face..).zip(half_edges) {
-                side_of[half_edge as usize] = side as u32;
+                side_of[half_edge as usize] = as_u32(side);
             }
         }
         for (face, half_edges) in half_edges.iter().enumerate() {
             for (side, &half_edge) in (STRIDE * face..).zip(half_edges) {
                 let twin = side_of[half_edge as usize ^ 1];
-                all.corner_mut(side as u32).twin = twin;
+                all.corner_mut(as_u32(side)).twin = twin;
                 // Edges are numbered in the order of their first side.
                 all.edges[side] = if twin == NONE || twin as usize > side {
-                    all.of_edge.push(side as u32);
-                    all.of_edge.len() as u32 - 1
+                    all.of_edge.push(as_u32(side));
+                    as_u32(all.of_edge.len()) - 1
                 } else {
                     all.edges[twin as usize]
                 };
@@ -126,7 +128,7 @@ impl CornerTable {
             for (i, &Corner { vertex, twin }) in corners[..3].iter().enumerate() {
                 let slot = &mut self.of_vertex[vertex as usize];
                 if twin == NONE || *slot == NONE {
-                    *slot = (STRIDE * face + i) as u32;
+                    *slot = as_u32(STRIDE * face + i);
                 }
             }
         }
@@ -158,9 +160,9 @@ impl CornerTable {
                 }
                 if other == NONE {
                     queue[side] = BucketQueue { elsewhere, after: head };
-                    first[here as usize] = side as u32;
-                    self.edges[side] = self.of_edge.len() as u32;
-                    self.of_edge.push(side as u32);
+                    first[here as usize] = as_u32(side);
+                    self.edges[side] = as_u32(self.of_edge.len());
+                    self.of_edge.push(as_u32(side));
                 } else {
                     let rest = queue[other as usize].after;
                     match before {
@@ -168,8 +170,8 @@ impl CornerTable {
                         _ => queue[before as usize].after = rest,
                     }
                     self.edges[side] = self.edges[other as usize];
-                    self.corner_mut(other).twin = side as u32;
-                    self.corner_mut(side as u32).twin = other;
+                    self.corner_mut(other).twin = as_u32(side);
+                    self.corner_mut(as_u32(side)).twin = other;
                 }
             }
         }

@@ -76,6 +76,11 @@ impl Forecast {
         }
         let seen: u64 = blocks.iter().map(|block| block.faces).sum();
         let scale = faces as f64 / seen.max(1) as f64;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "no more than the faces of a mesh in memory"
+        )]
         let scaled = |(bucket, count)| (bucket, (scale * count as f64) as u32);
         Self { faces, gone: gone.into_iter().map(scaled).collect() }
     }
@@ -129,6 +134,11 @@ impl CostThreshold {
         let mut left = allowed;
         for (bucket, &faces) in gone.iter().enumerate() {
             if faces > left {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "the share is below 1"
+                )]
                 let higher = (left as f64 / faces as f64 * f64::from(WHOLE)) as u32;
                 return Self { bucket, higher, first: 0 };
             }

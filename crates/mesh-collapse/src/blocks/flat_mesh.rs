@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId, parallel};
+use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId, as_u32, parallel};
 
 use crate::blocks::rank_order::in_order;
 use crate::geometry::quadric::Quadric;
@@ -66,7 +66,7 @@ impl<'a> FlatMesh<'a> {
         let is_there = |&v: &u32| {
             self.whole.is_none_or(|mesh| mesh.topology().contains_vertex(VertexId::new(v)))
         };
-        (0..self.vertex_capacity() as u32).filter(is_there)
+        (0..as_u32(self.vertex_capacity())).filter(is_there)
     }
 
     /// The corners of a face, if it is there.
@@ -97,7 +97,7 @@ impl<'a> FlatMesh<'a> {
     }
 
     pub(super) fn face_id(&self, face: usize) -> u32 {
-        if self.whole.is_some() { face as u32 } else { self.face_ids[face] }
+        if self.whole.is_some() { as_u32(face) } else { self.face_ids[face] }
     }
 
     /// The vertices that may be collapsed: all except the held ones.
@@ -116,12 +116,12 @@ impl<'a> FlatMesh<'a> {
             || in_order(&Vec::from_iter(self.vertices().map(|v| (self.vertex_id(v), v)))),
             || {
                 let faces = (0..self.face_capacity()).filter(|&f| self.triangle(f).is_some());
-                in_order(&Vec::from_iter(faces.map(|f| (self.face_id(f), f as u32))))
+                in_order(&Vec::from_iter(faces.map(|f| (self.face_id(f), as_u32(f)))))
             },
         );
         let mut number = vec![u32::MAX; self.vertex_capacity()];
         for (new, &(_, v)) in vertices.iter().enumerate() {
-            number[v as usize] = new as u32;
+            number[v as usize] = as_u32(new);
         }
         let positions =
             parallel::collect(vertices.len(), |v| self.positions[vertices[v].1 as usize]);
@@ -174,8 +174,8 @@ impl FlatMesh<'static> {
             whole: None,
             positions: Cow::Owned(positions),
             quadrics,
-            vertex_ids: (0..count as u32).collect(),
-            face_ids: (0..triangles.len() as u32).collect(),
+            vertex_ids: (0..as_u32(count)).collect(),
+            face_ids: (0..as_u32(triangles.len())).collect(),
             triangles,
             half_edges: Vec::new(),
             held: count - own,

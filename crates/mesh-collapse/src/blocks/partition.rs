@@ -4,6 +4,7 @@
 //! the one before, so that its block borders cross the earlier ones. The pieces depend only on the positions.
 
 use glam::{DMat3, DVec3};
+use mesh_core::as_u32;
 use mesh_core::parallel;
 
 use crate::blocks::flat_mesh::FlatMesh;
@@ -98,7 +99,7 @@ impl Partition {
         let order: Vec<u32> = sites.into_iter().map(|site| site.vertex).collect();
         let mut rank = vec![u32::MAX; flat.vertex_capacity()];
         for (place, &v) in order.iter().enumerate() {
-            rank[v as usize] = place as u32;
+            rank[v as usize] = as_u32(place);
         }
         let blocks = order.len().div_ceil(1 << shift);
         let regions_of =
@@ -108,7 +109,7 @@ impl Partition {
             Some([a, b, c]) if (a.min(b).min(c) as usize) < blocks => MIXED,
             _ => GONE,
         });
-        let of_face = || tags.iter().enumerate().map(|(face, &tag)| (face as u32, tag));
+        let of_face = || tags.iter().enumerate().map(|(face, &tag)| (as_u32(face), tag));
         let in_one =
             || of_face().filter(|&(_, tag)| tag < GONE).map(|(face, tag)| (face, tag as usize));
         let several = || of_face().filter(|&(_, tag)| tag == MIXED).map(|(face, _)| face);

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use mesh_core::{HalfEdgeId, VertexId, parallel};
+use mesh_core::{HalfEdgeId, VertexId, as_u32, parallel};
 
 use crate::blocks::block::{Block, Done, Reduced};
 use crate::blocks::block_mesh::Step;
@@ -50,7 +50,7 @@ impl FlatMesh<'static> {
         let mut number = vec![u32::MAX; capacity];
         let left = blocks.iter().flat_map(|block| &block.vertices);
         for (new, &v) in left.enumerate() {
-            number[v as usize] = new as u32;
+            number[v as usize] = as_u32(new);
         }
         let lists = blocks.into_iter().map(|block| {
             let Reduced { positions, quadrics, vertex_ids, .. } = block;
@@ -93,9 +93,9 @@ fn joined<T>(lists: Vec<Vec<T>>) -> Vec<T> {
 impl FlatMesh<'_> {
     /// The part that belongs to no block: the held vertices, and the faces whose corners are all held.
     fn idle(&self) -> Reduced {
-        let first = (self.vertex_capacity() - self.held) as u32;
-        let vertices: Vec<u32> = (first..first + self.held as u32).collect();
-        let faces = (0..self.face_capacity() as u32).filter_map(|face| {
+        let first = as_u32(self.vertex_capacity() - self.held);
+        let vertices: Vec<u32> = (first..first + as_u32(self.held)).collect();
+        let faces = (0..as_u32(self.face_capacity())).filter_map(|face| {
             let triangle = self.triangle(face as usize)?;
             triangle.iter().all(|&v| v >= first).then_some((self.face_id(face as usize), triangle))
         });
@@ -156,7 +156,7 @@ pub(super) fn by_cost_so_far(
         let mut largest = 0.0_f64;
         for (i, cost) in costs.enumerate() {
             largest = largest.max(cost);
-            order.push((largest, block as u32, i as u32));
+            order.push((largest, as_u32(block), as_u32(i)));
         }
     }
     // The sort is stable: each block stays in order, and for equal costs earlier blocks come first.

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 use std::time::Instant;
 
-use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, as_u32, parallel};
 
 use crate::blocks::block::{Block, Done, Reduced};
 use crate::blocks::block_mesh::Goal;
@@ -123,9 +123,9 @@ pub fn collapse_flat_mesh(
         faces_before: faces,
         observe,
         start: Instant::now(),
-        merged_into: (0..capacity as u32).collect(),
+        merged_into: (0..as_u32(capacity)).collect(),
         log: Vec::new(),
-        log_faces: faces as u32,
+        log_faces: as_u32(faces),
         collapses: 0,
         rejections: Rejections::default(),
         max_cost: 0.0,
@@ -251,7 +251,7 @@ impl Passes<'_, '_> {
             parallel::both(|| snapshot(flat, collapses, record), || follow(merged_into));
         let mut of_id = vec![None; merged_into.len()];
         for (new, id) in left.vertices.iter().enumerate() {
-            of_id[id.index()] = Some(VertexId::new(new as u32));
+            of_id[id.index()] = Some(VertexId::new(as_u32(new)));
         }
         let vertex_map = parallel::collect(merged_into.len(), |v| of_id[merged_into[v] as usize]);
         let count = if flat.quadrics.is_empty() { 0 } else { order.len() };
@@ -284,12 +284,12 @@ fn snapshot(flat: &FlatMesh<'_>, collapses: usize, is_recorded: bool) -> (Snapsh
 /// Sets each entry to the end of its chain of merges.
 fn follow(merged_into: &mut [u32]) {
     for v in 0..merged_into.len() {
-        let mut root = v as u32;
+        let mut root = as_u32(v);
         while merged_into[root as usize] != root {
             root = merged_into[root as usize];
         }
         // Shortens the chain for later look-ups.
-        let mut on_the_way = v as u32;
+        let mut on_the_way = as_u32(v);
         while on_the_way != root {
             on_the_way = core::mem::replace(&mut merged_into[on_the_way as usize], root);
         }

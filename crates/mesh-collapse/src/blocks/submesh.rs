@@ -1,7 +1,7 @@
 //! A block as a separate mesh, for the greedy loop.
 
 use glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId};
+use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId, as_u32};
 
 use crate::blocks::partition::Partition;
 use crate::geometry::quadric::Quadric;
@@ -39,7 +39,7 @@ impl Submesh {
         let lists = [partition.mixed(block), partition.inner(block)];
         let faces: Vec<FaceId> = lists.into_iter().flatten().map(|&f| FaceId::new(f)).collect();
         let own = partition.vertices(block).to_vec();
-        let first = partition.first(block) as u32;
+        let first = as_u32(partition.first(block));
         let mut is_free = vec![true; own.len()];
         let mut triangles = Vec::with_capacity(faces.len());
         let mut outer = Vec::new();
@@ -53,7 +53,7 @@ impl Submesh {
                 match is_own[i] {
                     true => is_free[numbers[i] as usize] &= is_own == [true; 3],
                     false => {
-                        let corner = (3 * triangles.len() + i) as u32;
+                        let corner = as_u32(3 * triangles.len() + i);
                         outer.push(Outer { vertex: corners[i], following, preceding, corner });
                     }
                 }
@@ -65,7 +65,7 @@ impl Submesh {
         for fan in fans(outer) {
             for outer in &fan {
                 triangles[outer.corner as usize / 3][outer.corner as usize % 3] =
-                    positions.len() as u32;
+                    as_u32(positions.len());
             }
             positions.extend(fan.first().map(|outer| mesh.position(VertexId::new(outer.vertex))));
         }

@@ -1,7 +1,7 @@
 //! The turn of an edge: its cost, the constraints, the collapse, and the updates after it.
 
 use glam::DVec3;
-use mesh_core::{EdgeId, TriMesh, VertexId, parallel};
+use mesh_core::{EdgeId, TriMesh, VertexId, as_u32, parallel};
 
 use crate::cost::{Cost, Reach};
 use crate::engine::evaluate::{Assessment, assess, cost_at, early_bound};
@@ -357,7 +357,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         for modifier in &mut policies.modifiers {
             modifier.collapsing(&patch, offset, scratch);
         }
-        let faces_before = mesh.topology().face_count() as u32;
+        let faces_before = as_u32(mesh.topology().face_count());
         let apexes = [half_edge, half_edge.twin()].map(|side| mesh.topology().apex(side));
         valences.collapsed([removed, kept], apexes);
         let collapsed = mesh.collapse(legal, collapse.position);

@@ -1,5 +1,7 @@
 //! Reports of runs of collapses.
 
+use mesh_core::as_u32;
+
 use crate::protect::Protected;
 use crate::record::log::{CollapseLog, LogEntry};
 use crate::record::snapshot::Snapshot;
@@ -106,7 +108,7 @@ impl Run {
     /// Counts a rejection that a run reaches after `collapses` collapses.
     pub fn refuse(&mut self, rejection: Rejection, collapses: usize) {
         self.rejections.count(rejection);
-        self.refused.push((collapses as u32, rejection));
+        self.refused.push((as_u32(collapses), rejection));
     }
 
     /// Keeps only the first collapses, as if the run had been limited to them. The caller must set the reason for the

@@ -4,7 +4,7 @@
 //! surface, so that consecutive edges are neighbours and share cached data. The strict order of a heap jumps around on
 //! the surface, and spends most of its time waiting for memory.
 
-use mesh_core::{EdgeId, Topology, VertexId};
+use mesh_core::{EdgeId, Topology, VertexId, as_u32};
 
 use crate::engine::schedule::EdgeQueue;
 use crate::engine::schedule::queue::Entry;
@@ -136,13 +136,13 @@ fn breadth_first_ranks(topology: &Topology) -> Vec<u32> {
             continue;
         }
         let mut next = order.len();
-        ranks[start.index()] = next as u32;
+        ranks[start.index()] = as_u32(next);
         order.push(start);
         while let Some(&v) = order.get(next) {
             next += 1;
             for w in topology.one_ring(v) {
                 if ranks[w.index()] == UNKNOWN {
-                    ranks[w.index()] = order.len() as u32;
+                    ranks[w.index()] = as_u32(order.len());
                     order.push(w);
                 }
             }

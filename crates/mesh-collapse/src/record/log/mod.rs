@@ -4,7 +4,7 @@ pub(crate) mod serialization;
 
 use glam::DVec3;
 use mesh_core::edit::CollapseRefusal;
-use mesh_core::{EdgeId, HalfEdgeId, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, HalfEdgeId, TriMesh, VertexId, VertexMap, as_u32};
 
 use crate::geometry::edge_patch::Collapse;
 
@@ -158,7 +158,7 @@ impl CollapseLog {
     #[must_use]
     pub fn representatives(&self, mesh: &TriMesh, count: usize) -> VertexMap<VertexId> {
         let mut map: VertexMap<VertexId> = VertexMap::from_vec(
-            (0..mesh.topology().vertex_capacity()).map(|v| VertexId::new(v as u32)).collect(),
+            (0..mesh.topology().vertex_capacity()).map(|v| VertexId::new(as_u32(v))).collect(),
         );
         // In reverse order, the target of each merge is already final.
         for entry in self.entries.iter().take(count).rev() {

@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Read, Write};
 
 use glam::DVec3;
-use mesh_core::{HalfEdgeId, Handle, TriMesh, VertexId};
+use mesh_core::{HalfEdgeId, Handle, TriMesh, VertexId, as_u32};
 
 use crate::record::log::{CollapseLog, LogEntry};
 
@@ -67,8 +67,8 @@ impl CollapseLog {
         let topology = mesh.topology();
         let collapses = u32::try_from(self.len()).map_err(|_| ErrorKind::FileTooLarge)?;
         writer.write_all(MAGIC)?;
-        writer.write_all(&(topology.vertex_count() as u32).to_le_bytes())?;
-        writer.write_all(&(topology.face_count() as u32).to_le_bytes())?;
+        writer.write_all(&as_u32(topology.vertex_count()).to_le_bytes())?;
+        writer.write_all(&as_u32(topology.face_count()).to_le_bytes())?;
         writer.write_all(&fingerprint(mesh).to_le_bytes())?;
         writer.write_all(&collapses.to_le_bytes())?;
         for entry in self.entries() {
@@ -139,7 +139,7 @@ fn entry(mesh: &TriMesh, bytes: &[u8; 48]) -> Option<LogEntry> {
     };
     let position = DVec3::new(x, y, z);
     let in_range = (half_edge as usize) < topology.half_edge_capacity()
-        && removed.max(kept) < topology.vertex_capacity() as u32;
+        && removed.max(kept) < as_u32(topology.vertex_capacity());
     (in_range && position.is_finite()).then(|| LogEntry {
         half_edge: HalfEdgeId::from_index(half_edge as usize),
         removed: VertexId::new(removed),
