@@ -53,10 +53,11 @@ impl FitNorm {
 
     /// The mean that a round minimises.
     pub(crate) fn power(self, round: usize) -> Power {
+        let round = u32::try_from(round).unwrap_or(LARGEST);
         match self {
             Self::L1 => Power(if round == 0 { 2 } else { 1 }),
             Self::L2 => Power(2),
-            Self::Max => Power(LARGEST.min(2 + 2 * round as u32)),
+            Self::Max => Power(LARGEST.min(2 + 2 * round.min(LARGEST))),
         }
     }
 
@@ -83,7 +84,7 @@ impl Power {
         match self.0 {
             1 => squared.sqrt(),
             2 => squared,
-            p => squared.powi((p / 2) as i32),
+            p => squared.powi((p / 2).cast_signed()),
         }
     }
 
@@ -104,7 +105,7 @@ impl Power {
         match self.0 {
             1 => ratio.sqrt().recip().min(MOST_L1),
             2 => 1.0,
-            p => ratio.powi((p / 2) as i32 - 1).clamp(LEAST, MOST),
+            p => ratio.powi((p / 2).cast_signed() - 1).clamp(LEAST, MOST),
         }
     }
 

@@ -20,8 +20,8 @@
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
-use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId, parallel};
+use mesh_core::{SplitMix64, as_u32};
 use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::density::{Density, PLACES, places};
@@ -212,7 +212,7 @@ impl<'a> Layout<'a> {
             let area = 0.5 * cross.length();
             let (mut sum, mut absolute, mut squares) = (0.0, 0.0, 0.0);
             for &foot in feet {
-                self.lists.push(face, self.points.len() as u32);
+                self.lists.push(face, as_u32(self.points.len()));
                 self.points.push(foot);
                 self.shares.push(area / PLACES as f64);
                 let offset = closest_on_triangle(foot, &triangle);
@@ -417,7 +417,7 @@ impl<'a> Layout<'a> {
             for (i, triangle) in triangles.iter().enumerate() {
                 let distance = closest_on_triangle(point, triangle).length_squared();
                 if distance < *squared {
-                    (*place, *squared) = (i as u32, distance);
+                    (*place, *squared) = (as_u32(i), distance);
                 }
             }
             left -= self.shares[*sample as usize] * *squared;

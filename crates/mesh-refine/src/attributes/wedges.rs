@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 use mesh_collapse::{EdgePatch, PatchFace};
-use mesh_core::{HalfEdgeId, HalfEdgeMap, Remap, TriMesh, UnitScale, VertexId};
+use mesh_core::{HalfEdgeId, HalfEdgeMap, Remap, TriMesh, UnitScale, VertexId, as_u32};
 use mesh_metric::{closest_on_triangle, weights_of_closest};
 
 use crate::error::RefineError;
@@ -86,7 +86,7 @@ impl CornerAttributes {
                 self.values.push(value);
                 previous = Some(value);
             }
-            self.wedge[h] = self.values.len() as u32 - 1;
+            self.wedge[h] = as_u32(self.values.len()) - 1;
         }
     }
 

@@ -1,7 +1,7 @@
 //! The directions in which each vertex may move in a fit.
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId, parallel};
+use mesh_core::{Handle, TriMesh, VertexId, as_u32, parallel};
 use mesh_metric::Surface;
 
 use crate::curve::Curve;
@@ -58,7 +58,7 @@ pub(super) fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Free
 
 /// Fixes the vertex of this kind that is closest to each corner.
 fn fix_closest(mesh: &TriMesh, freedoms: &mut [Freedom], kind: Freedom, corners: &[DVec3]) {
-    let of_kind = (0..freedoms.len() as u32).filter(|&v| freedoms[v as usize] == kind);
+    let of_kind = (0..as_u32(freedoms.len())).filter(|&v| freedoms[v as usize] == kind);
     let points: Vec<[u32; 3]> = of_kind.map(|v| [v; 3]).collect();
     // Without such vertices there is nothing to fix.
     let Ok(surface) = Surface::from_triangles(mesh.positions(), &points) else { return };

@@ -1,7 +1,7 @@
 //! Points of the original and the faces of the mesh that they attract.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh};
+use mesh_core::{FaceId, TriMesh, as_u32};
 use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::block_loop::for_blocks_in_turn;
@@ -146,7 +146,7 @@ impl<'a> Pairs<'a> {
             },
             |found| {
                 for (face, squared) in found {
-                    lists.push(face, squares.len() as u32);
+                    lists.push(face, as_u32(squares.len()));
                     squares.push(squared);
                 }
             },
@@ -229,7 +229,7 @@ impl<'a> Pairs<'a> {
             },
             |far| {
                 for (point, closest) in far {
-                    self.lists.push(closest.face, self.squares.len() as u32);
+                    self.lists.push(closest.face, as_u32(self.squares.len()));
                     self.squares.push(closest.offset.length_squared());
                     let normal = closest.offset.normalize_or_zero();
                     self.more.push(FitTarget { point, normal, share: 1.0, triangle: None });

@@ -7,8 +7,8 @@
 use core::ops::Range;
 
 use glam::DVec3;
-use mesh_core::SplitMix64;
 use mesh_core::parallel;
+use mesh_core::{SplitMix64, as_u32};
 
 /// The distribution of points over triangles. The caller passes the corners of the triangles with each query.
 pub(crate) struct Spread<'a> {
@@ -118,7 +118,7 @@ impl<'a> Spread<'a> {
             let points = (until - given).max(u64::from(on_each));
             given = until;
             end += if area > 0.0 { points } else { 0 };
-            end.min(u64::from(u32::MAX)) as u32
+            u32::try_from(end).unwrap_or(u32::MAX)
         });
         let numbers = Numbers::Until(ends.collect());
         Self { order, numbers, step, shares: on_each, shift: shift(seed) }
@@ -147,7 +147,7 @@ impl<'a> Spread<'a> {
         let Numbers::Until(ends) = &self.numbers else { return None };
         let mut places = Vec::with_capacity(self.len());
         for (place, &end) in ends.iter().enumerate() {
-            places.resize(end as usize, place as u32);
+            places.resize(end as usize, as_u32(place));
         }
         Some(places)
     }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_collapse::{Factors, Symmetric3};
-use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, parallel};
+use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, as_u32, parallel};
 
 use crate::block_loop::for_blocks_in_turn;
 use crate::fit::constraints::FitConstraints;
@@ -41,7 +41,7 @@ impl System {
         let vertices: Vec<VertexId> = topology.vertices().filter(|&v| is_free(v)).collect();
         let mut place_of = vec![NONE; topology.vertex_capacity()];
         for (place, v) in vertices.iter().enumerate() {
-            place_of[v.index()] = place as u32;
+            place_of[v.index()] = as_u32(place);
         }
         let mut block_of = vec![NONE; topology.edge_capacity()];
         let (mut ends, mut neighbours) =
@@ -62,7 +62,7 @@ impl System {
             },
             |(degrees, all)| {
                 for degree in degrees {
-                    ends.push(ends.last().copied().unwrap_or(0) + degree as u32);
+                    ends.push(ends.last().copied().unwrap_or(0) + as_u32(degree));
                 }
                 // Blocks are numbered in the order of first use, so that blocks of neighbours are close in memory.
                 for (place, edge) in all {
