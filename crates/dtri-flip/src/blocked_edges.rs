@@ -5,7 +5,7 @@
 //! not find the edge.
 
 use mesh_core::edit::FlipRefusal;
-use mesh_core::{EdgeId, FaceId, Topology, VertexId};
+use mesh_core::{EdgeId, FaceId, Topology, VertexId, as_u32};
 
 use crate::shape::ShapeViolation;
 
@@ -101,7 +101,8 @@ impl BlockedEdges {
             | Rejection::Cycle
             | Rejection::Never => return,
         };
-        if core::mem::replace(&mut self.blocker_of[edge.index()], blocker as u32) == blocker as u32
+        if core::mem::replace(&mut self.blocker_of[edge.index()], as_u32(blocker))
+            == as_u32(blocker)
         {
             return;
         }
@@ -113,7 +114,7 @@ impl BlockedEdges {
             }
             None => {
                 self.nodes.push(node);
-                self.nodes.len() as u32 - 1
+                as_u32(self.nodes.len()) - 1
             }
         };
         self.first[blocker] = place;
@@ -143,7 +144,7 @@ impl BlockedEdges {
         let mut place = core::mem::replace(&mut self.first[blocker], NONE);
         while place != NONE {
             let Node { edge, next } = self.nodes[place as usize];
-            if self.blocker_of[edge.index()] == blocker as u32 {
+            if self.blocker_of[edge.index()] == as_u32(blocker) {
                 self.blocker_of[edge.index()] = NONE;
                 released.push(edge);
             }

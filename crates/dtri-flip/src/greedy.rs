@@ -2,8 +2,8 @@
 
 use core::iter::zip;
 
-use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, Handle, parallel};
+use mesh_core::{SplitMix64, as_u32};
 
 use crate::affected_edges::AffectedEdges;
 use crate::blocked_edges::{BlockedEdges, Rejection};
@@ -113,7 +113,7 @@ impl Greedy {
                 changes[edge.index()] = sequence;
             }
         }
-        let keys = (0..edges as u32).map(|item| changes[order.edge(item).index()].map(key));
+        let keys = (0..as_u32(edges)).map(|item| changes[order.edge(item).index()].map(key));
         let queue = IndexedQueue::new(keys);
         Ok(Self {
             queue,
@@ -323,14 +323,14 @@ impl TieOrder {
     fn new(ties: Ties, edges: usize) -> Self {
         let Ties::Seeded(seed) = ties else { return Self(None) };
         let mut random = SplitMix64::new(seed);
-        let mut edge_of_item: Vec<u32> = (0..edges as u32).collect();
+        let mut edge_of_item: Vec<u32> = (0..as_u32(edges)).collect();
         for last in (1..edges).rev() {
             let other = (random.uniform() * (last + 1) as f64) as usize;
             edge_of_item.swap(last, other.min(last));
         }
         let mut item_of_edge = vec![0; edges];
         for (item, &edge) in edge_of_item.iter().enumerate() {
-            item_of_edge[edge as usize] = item as u32;
+            item_of_edge[edge as usize] = as_u32(item);
         }
         Self(Some(Permutation { edge_of_item, item_of_edge }))
     }

@@ -7,7 +7,7 @@
 //! A stale gain is computed again before its edge flips. So every flip still lowers the cost and the
 //! result is a local minimum, but a flip may be the best of an earlier state.
 
-use mesh_core::{Topology, VertexId};
+use mesh_core::{Topology, VertexId, as_u32};
 
 /// Largest number of faces around a vertex whose star is updated at each flip.
 pub(crate) const HIGH_VALENCE: usize = 256;
@@ -23,7 +23,7 @@ pub(crate) fn has_higher_valence(topology: &Topology, vertex: VertexId, limit: u
 
 /// Number of flips at a vertex after which its whole star is updated.
 pub(crate) fn flips_between_refreshes(topology: &Topology, vertex: VertexId) -> u32 {
-    (topology.faces_of_vertex(vertex).count() / FACES_PER_FLIP).max(1) as u32
+    as_u32((topology.faces_of_vertex(vertex).count() / FACES_PER_FLIP).max(1))
 }
 
 /// The vertices of high valence around which some gains are stale.

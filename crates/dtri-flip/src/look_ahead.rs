@@ -6,7 +6,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use mesh_core::{EdgeId, FaceTree, TriMesh, parallel};
+use mesh_core::{EdgeId, FaceTree, TriMesh, as_u32, parallel};
 
 use crate::cost::{Change, FlipCost};
 use crate::flip_state::FlipState;
@@ -75,7 +75,7 @@ pub(crate) fn best_changes<C: FlipCost>(
 /// Number of edges between two checks of the clock. The effort grows sixfold with each further flip.
 fn block_length(look_ahead: usize) -> usize {
     const FOR_TWO: usize = 1 << 14;
-    (FOR_TWO / 6_usize.saturating_pow(look_ahead as u32 - 2)).max(32)
+    (FOR_TWO / 6_usize.saturating_pow(as_u32(look_ahead) - 2)).max(32)
 }
 
 /// The copy of the state that one thread flips.

@@ -1,5 +1,7 @@
 //! Indexed priority queue: a four-ary heap with the position of each item.
 
+use mesh_core::as_u32;
+
 /// Items `0..count` with one key each, largest key first. Equal keys are ordered by item, so the order
 /// does not depend on the history of insertions.
 #[derive(Clone, Debug)]
@@ -32,8 +34,8 @@ impl IndexedQueue {
         for (item, key) in keys.enumerate() {
             queue.place.push(ABSENT);
             if let Some(key) = key.filter(|key| !key.is_nan()) {
-                queue.place[item] = queue.heap.len() as u32;
-                queue.heap.push(Entry { key, item: item as u32 });
+                queue.place[item] = as_u32(queue.heap.len());
+                queue.heap.push(Entry { key, item: as_u32(item) });
             }
         }
         for place in (0..queue.heap.len().div_ceil(ARITY)).rev() {
@@ -63,7 +65,7 @@ impl IndexedQueue {
         let place = self.place[item as usize];
         if place == ABSENT {
             self.heap.push(entry);
-            self.place[item as usize] = self.heap.len() as u32 - 1;
+            self.place[item as usize] = as_u32(self.heap.len()) - 1;
             self.sift_up(self.heap.len() - 1);
         } else {
             self.replace(place as usize, entry);
@@ -95,7 +97,7 @@ impl IndexedQueue {
     #[inline]
     fn put(&mut self, place: usize, entry: Entry) {
         self.heap[place] = entry;
-        self.place[entry.item as usize] = place as u32;
+        self.place[entry.item as usize] = as_u32(place);
     }
 
     fn sift_up(&mut self, mut place: usize) {
