@@ -1,7 +1,7 @@
 //! Data of covers for files: coloured triangles, records from which patches are restored, splats.
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, as_u32};
 
 use crate::cover::Cover;
 use crate::patch::{PatchData, Splat};
@@ -80,7 +80,7 @@ impl Cover {
         core::hint::black_box(CoverMesh::with_capacity(size)?);
         for (patch, index) in self.patches.iter().zip(0_u32..) {
             let part = patch.fit.patch.tessellate(tolerance)?;
-            let first = out.positions.len() as u32;
+            let first = as_u32(out.positions.len());
             out.colors.resize(out.positions.len() + part.positions.len(), patch_color(index));
             out.positions.extend(part.positions);
             out.normals.extend(part.normals);
@@ -88,7 +88,7 @@ impl Cover {
             out.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
         }
         for &face in &self.residual {
-            let first = out.positions.len() as u32;
+            let first = as_u32(out.positions.len());
             out.positions.extend(mesh.triangle(face));
             out.normals.extend([mesh.face_normal(face); 3]);
             out.colors.extend([RESIDUAL; 3]);
@@ -145,6 +145,7 @@ impl CoverMesh {
 /// The sRGB colour of the patch with this index: hues advance by the golden ratio, in three alternating
 /// brightnesses.
 #[must_use]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
 pub fn patch_color(patch: u32) -> [u8; 3] {
     let hue = (f64::from(patch) * 0.618_033_988_749_895).fract();
     let value = [0.95, 0.8, 0.65][patch as usize % 3];

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
-use mesh_core::{FaceId, TriMesh};
+use mesh_core::{FaceId, TriMesh, as_u32};
 
 use crate::closest::closest_point;
 use crate::patch::Patch;
@@ -259,7 +259,7 @@ impl PatchRegion {
         // Writes the same value again if the vertex was visited before.
         self.locals[index] = local;
         self.vertex_marks.visit_if(index, is_new);
-        unfiltered.vertices[unfiltered.count] = (apex, self.count as u32);
+        unfiltered.vertices[unfiltered.count] = (apex, as_u32(self.count));
         unfiltered.count += usize::from(is_new);
     }
 

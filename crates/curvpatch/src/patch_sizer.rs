@@ -233,7 +233,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             None => step,
             Some(excess) => even + (1 << excess.min(20)) - 1,
         };
-        smallest * growth.powi(exponent as i32)
+        smallest * growth.powi(i32::try_from(exponent).unwrap_or(i32::MAX))
     }
 
     /// The smallest radius: the disc just contains the face.

@@ -163,7 +163,9 @@ impl WalkLanes {
         }
         self.steps_left[lane] -= 1;
         self.faces[lane] = face;
-        self.sides[lane] = (entry % 3) as u8;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0, 1 or 2")]
+        let side = (entry % 3) as u8;
+        self.sides[lane] = side;
         Ok(())
     }
 

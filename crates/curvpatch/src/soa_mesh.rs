@@ -8,7 +8,7 @@
 
 use fearless_simd::Level;
 use glam::DVec3;
-use mesh_core::{FaceId, Handle, TriMesh, parallel};
+use mesh_core::{FaceId, Handle, TriMesh, as_u32, parallel};
 
 /// Corners and neighbours of a face. Side i runs from corner i to corner i + 1.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,7 @@ impl SoaMesh {
             for vertex in topology.face_vertices(face) {
                 let index = &mut soa_vertices[vertex.index()];
                 if *index == NONE {
-                    *index = positions.len() as u32;
+                    *index = as_u32(positions.len());
                     positions.push(mesh.position(vertex));
                 }
             }
@@ -99,9 +99,13 @@ fn morton_order(mesh: &TriMesh) -> Vec<FaceId> {
         let code = topology.contains_face(face).then(|| {
             let [corner, ..] = topology.face_vertices(face);
             let cell = (mesh.position(corner) - low) / extent * f64::from(CELLS - 1);
-            interleave(cell.x as u32)
-                | interleave(cell.y as u32) << 1
-                | interleave(cell.z as u32) << 2
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "below CELLS"
+            )]
+            let [x, y, z] = cell.to_array().map(|place| interleave(place as u32));
+            x | y << 1 | z << 2
         });
         (code.unwrap_or(NONE), face)
     });

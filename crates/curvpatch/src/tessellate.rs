@@ -91,7 +91,13 @@ impl Patch {
         if triangles > f64::from(MAX_TRIANGLES) {
             return Err(TessellationError::TooFine { tolerance, triangles });
         }
-        Ok([rings as u32, sectors as u32])
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole numbers whose product is limited"
+        )]
+        let counts = [rings, sectors].map(|count| count as u32);
+        Ok(counts)
     }
 
     /// The numbers of rings and sectors for sagittas below `sagitta`.
