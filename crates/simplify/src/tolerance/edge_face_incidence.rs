@@ -1,6 +1,6 @@
 //! The incidence between edges of one mesh and faces of another, in linked lists in both directions.
 
-use mesh_core::{FaceId, Handle};
+use mesh_core::{FaceId, Handle, as_u32};
 
 /// Pairs of an edge and a face. All pairs of a face are removed at once.
 pub(super) struct EdgeFaceIncidence {
@@ -46,7 +46,7 @@ impl EdgeFaceIncidence {
         let edges = self.first.len();
         let first_of_face = &mut self.of_face[face.index()];
         let first = &mut self.first[edge as usize];
-        let (face, next_of_face) = (face.index() as u32, *first_of_face);
+        let (face, next_of_face) = (as_u32(face.index()), *first_of_face);
         if first.face == NONE {
             *first = Pair { face, next_of_face, ..*first };
             *first_of_face = edge;
@@ -54,7 +54,7 @@ impl EdgeFaceIncidence {
         }
         let pair = Pair { face, next_of_face, next_of_edge: first.next_of_edge };
         let place = match self.free {
-            NONE => (edges + self.others.len()) as u32,
+            NONE => as_u32(edges + self.others.len()),
             place => place,
         };
         first.next_of_edge = place;
@@ -66,6 +66,11 @@ impl EdgeFaceIncidence {
             }
             None => {
                 if self.others.len() == self.others.capacity() {
+                    // Far beyond any memory today; a place that is cut off would be the place of another pair.
+                    assert!(
+                        edges + self.others.len() < NONE as usize,
+                        "more pairs than 32 bits number"
+                    );
                     self.others.reserve_exact(MORE + self.others.len() / 8);
                 }
                 self.others.push(Other { edge, pair });

@@ -6,7 +6,7 @@
 //! places where the next attempt needs proofs.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh, parallel};
+use mesh_core::{FaceId, TriMesh, as_u32, parallel};
 use mesh_metric::{CertifyOptions, Surface, one_sided_bounds};
 
 use crate::tolerance::prepared_triangle::Triangle;
@@ -58,7 +58,7 @@ impl Ball {
 /// Whether every point of the faces is proved to be within the distance of the original.
 pub(super) fn are_proved(faces: &[Triangle], original: &Surface, distance: f64) -> bool {
     let corners: Vec<[u32; 3]> =
-        (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        (0..as_u32(faces.len())).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let Ok(surface) = Surface::from_triangles(faces.as_flattened(), &corners) else {
         return false;
     };
