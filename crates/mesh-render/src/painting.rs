@@ -45,6 +45,7 @@ impl Painting {
     /// The colours of the vertices, else of the faces; `None` if the content has neither.
     #[must_use]
     pub fn of_colors(model: &Model, provenance: &Provenance) -> Option<Self> {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let eight_bits =
             |c: [f32; 4]| [c[0], c[1], c[2]].map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
         if let Some(colors) = &model.vertex_colors {

@@ -71,6 +71,7 @@ impl Picture {
     }
 
     /// Blends a colour over a pixel by its opacity; pixels outside the picture are ignored.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
     pub(crate) fn blend(&mut self, [x, y]: [i64; 2], color: [u8; 4]) {
         let Some(index) = self.index(x, y) else { return };
         let below = self.pixels[index];

@@ -3,6 +3,8 @@
 //! The picture is made in bands of rows, each with the triangles that touch it in their order. So memory does not grow
 //! with the picture, and the result does not depend on the number of threads.
 
+use mesh_core::as_u32;
+
 use crate::texture::Texture;
 
 const EDGE: [f32; 3] = [0.12, 0.12, 0.14];
@@ -41,7 +43,7 @@ pub(crate) struct Canvas<'a> {
 pub(crate) fn rasterize(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<[u8; 4]> {
     let bands = canvas.size[1].div_ceil(BAND);
     let bins = Bins::new(canvas, triangles, bands as usize);
-    let draw = |band: usize| canvas.draw_band(band as u32, bins.of(band), triangles);
+    let draw = |band: usize| canvas.draw_band(as_u32(band), bins.of(band), triangles);
     mesh_core::parallel::collect_each(bands as usize, draw).concat()
 }
 
@@ -70,7 +72,7 @@ impl Bins {
         let mut members = vec![0; starts[bands]];
         for (index, triangle) in triangles.iter().enumerate() {
             for band in touched(triangle) {
-                members[next[band]] = index as u32;
+                members[next[band]] = as_u32(index);
                 next[band] += 1;
             }
         }
@@ -112,6 +114,11 @@ impl Canvas<'_> {
     }
 
     /// Draws every sample whose middle is in the triangle, including its edges, so that neighbours leave no gap.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast of a float beyond the range gives its end"
+    )]
     fn draw_triangle(&self, triangle: &Triangle, samples: &mut Samples) {
         let at = triangle.at.map(|p| p.map(f64::from));
         let double_area = cross(at[0], at[1], at[2]);
@@ -121,7 +128,6 @@ impl Canvas<'_> {
         }
         let [left, right] = extent(triangle.at.map(|p| p[0]));
         let [top, bottom] = extent(triangle.at.map(|p| p[1]));
-        // A cast of a value out of range gives the end of the range.
         let columns = (left - 0.5).ceil().max(0.0) as u32
             ..((right - 0.5).floor() + 1.0).clamp(0.0, samples.width as f32) as u32;
         let first = ((top - 0.5).ceil().max(0.0) as u32).max(samples.rows[0]);
@@ -193,6 +199,7 @@ impl Canvas<'_> {
     }
 
     fn over_background(&self, total: [f32; 3], covered: f32, count: f32) -> [u8; 4] {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let byte = |c: f32| (255.0 * c).round().clamp(0.0, 255.0) as u8;
         let (alpha, [r, g, b]) = match self.background {
             Some(color) => {

@@ -30,6 +30,10 @@ impl Default for SheetOptions {
 ///
 /// # Errors
 /// There are no pictures, or the sheet is too large.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the size is limited, and all places are within"
+)]
 pub fn sheet(
     pictures: &[(Picture, String)],
     options: &SheetOptions,

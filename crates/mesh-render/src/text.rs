@@ -1,5 +1,6 @@
 //! Text in pictures.
 
+use mesh_core::as_u32;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
 use crate::picture::Picture;
@@ -23,12 +24,13 @@ impl Font {
 
     /// The height of a line in pixels.
     pub(crate) fn line(self) -> u32 {
-        self.height.val() as u32
+        as_u32(self.height.val())
     }
 
     /// The width of a text in pixels.
     pub(crate) fn width(self, text: &str) -> u32 {
-        (text.chars().count() * get_raster_width(FontWeight::Regular, self.height)) as u32
+        let letters = u32::try_from(text.chars().count()).unwrap_or(u32::MAX);
+        letters.saturating_mul(as_u32(get_raster_width(FontWeight::Regular, self.height)))
     }
 
     /// The part of the text that fits into this width.

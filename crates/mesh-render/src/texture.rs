@@ -4,6 +4,7 @@
 use std::io::Cursor;
 
 use image::RgbaImage;
+use mesh_core::as_u32;
 #[cfg(feature = "textures")]
 use mesh_io::{Alpha, Model, Picture, PictureFormat, Pictures};
 
@@ -50,6 +51,11 @@ impl Texture {
         let squares = squares.clamp(1, size);
         let pixels = RgbaImage::from_fn(size, size, |x, y| {
             let [i, j] = [x, y].map(|p| p * squares / size);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "55 at most"
+            )]
             let tint = |n: u32| (55.0 * f64::from(n % squares) / f64::from(squares)) as u8;
             let base = if (i + j) % 2 == 0 { 200 } else { 90 };
             image::Rgba([base + tint(i), base, base + tint(j), 255])
@@ -89,7 +95,9 @@ impl Texture {
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let near = |distance: f32, step: i64| if step == 0 { 1.0 - distance } else { distance };
             let weight = near(x - left, dx) * near(y - top, dy);
+            #[expect(clippy::cast_possible_truncation, reason = "below the width")]
             let column = (left as i64).saturating_add(dx).rem_euclid(i64::from(width)) as u32;
+            #[expect(clippy::cast_possible_truncation, reason = "below the height")]
             let row = (top as i64).saturating_add(dy).rem_euclid(i64::from(height)) as u32;
             for (sum, value) in sums.iter_mut().zip(pixels.get_pixel(column, row).0) {
                 *sum += weight * f32::from(value) / 255.0;
@@ -133,7 +141,7 @@ impl Texture {
             let picture = material.base_color_image.and_then(|image| pictures.of_image(image));
             let image = picture.map(|picture| {
                 texture.images.push(Sampled { picture, cutoff });
-                (texture.images.len() - 1) as u32
+                as_u32(texture.images.len() - 1)
             });
             let [r, g, b, _] = material.base_color;
             painted.push(([r, g, b].map(srgb), image));

@@ -26,6 +26,7 @@ pub fn log(low: f64, high: f64) -> Vec<f64> {
     if !(low > 0.0 && high >= low && high.is_finite()) {
         return Vec::new();
     }
+    #[expect(clippy::cast_possible_truncation, reason = "exponents of finite numbers")]
     let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
     let all = |factors: &[f64]| -> Vec<f64> {
         let values = powers.clone().flat_map(|p| {
