@@ -54,20 +54,21 @@ fn integers(values: impl IntoIterator<Item = u32>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut last = 0_u32;
     for value in values {
-        let difference = value.wrapping_sub(last) as i32;
+        let difference = value.wrapping_sub(last).cast_signed();
         last = value;
-        let mut rest = ((difference << 1) ^ (difference >> 31)) as u32;
+        let mut rest = ((difference << 1) ^ (difference >> 31)).cast_unsigned();
         while rest > 127 {
-            bytes.push(rest as u8 | 128);
+            bytes.push(rest.to_le_bytes()[0] | 128);
             rest >>= 7;
         }
-        bytes.push(rest as u8);
+        bytes.push(rest.to_le_bytes()[0]);
     }
     bytes
 }
 
 /// The rounding errors of 32-bit numbers, relative to the gap between adjacent ones. Together with them, the numbers
 /// have nine digits. `None` if there are no errors.
+#[expect(clippy::cast_possible_truncation, reason = "-127 to 127")]
 pub(crate) fn remainders(values: &[f64]) -> Option<Vec<u8>> {
     let remainder = |&value: &f64| {
         let rounded = value as f32;
@@ -75,16 +76,17 @@ pub(crate) fn remainders(values: &[f64]) -> Option<Vec<u8>> {
             return 0;
         }
         let exponent = ((rounded.to_bits() >> 23) & 255).max(1);
-        let step = 2_f64.powi(exponent as i32 - 150);
+        let step = 2_f64.powi(exponent.cast_signed() - 150);
         ((value - f64::from(rounded)) / step * 254.0).round().clamp(-127.0, 127.0) as i8
     };
     let all: Vec<i8> = values.iter().map(remainder).collect();
     let is_any = all.iter().any(|&r| r != 0);
-    is_any.then(|| all.into_iter().map(|r| r as u8).collect())
+    is_any.then(|| all.into_iter().map(i8::cast_unsigned).collect())
 }
 
 /// A unit vector folded onto an octahedron, one byte per axis; (255, 255) if there is no vector. (Meyer et al. 2010, On
 /// floating-point normal vectors.)
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 254")]
 pub(crate) fn octahedral(vector: Option<DVec3>) -> [u8; 2] {
     let Some(v) = vector.filter(|v| v.is_finite()) else { return [255; 2] };
     let sum = v.abs().element_sum();

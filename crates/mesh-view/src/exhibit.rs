@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_core::build::Triangulator;
-use mesh_core::{PolygonSoup, TriMesh, VertexMap};
+use mesh_core::{PolygonSoup, TriMesh, VertexMap, as_u32};
 use mesh_io::{Alpha, Model, Picture, PictureError, Pictures};
 
 use crate::error::ViewError;
@@ -228,6 +228,7 @@ impl Exhibit {
         for scalars in &model.face_scalars {
             fields.push(Field::new(&scalars.name, On::Faces, of_faces(&scalars.values.to_f64())));
         }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let eight_bits = |c: &[f32; 4]| c.map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
         let face_colors = model.face_colors.as_ref();
         let is_cut = parts.face.len() != model.soup.face_count();
@@ -268,10 +269,10 @@ fn cut(soup: &PolygonSoup) -> Cut {
         }
         local.clear();
         triangulator.triangulate(&places, vertices, &mut local);
-        let first = soup.corner_range(face).start as u32;
+        let first = as_u32(soup.corner_range(face).start);
         for &corners in &local {
             cut.triangles.push(corners.map(|c| vertices[c as usize]));
-            cut.face.push(face as u32);
+            cut.face.push(as_u32(face));
             cut.corners.push(corners.map(|c| first + c));
         }
     }
@@ -319,7 +320,7 @@ fn materials(model: &Model, parts: &Cut, pictures: Pictures) -> Option<Materials
             alpha: m.alpha,
         })
         .collect();
-    let none = surfaces.len() as u32;
+    let none = as_u32(surfaces.len());
     surfaces.push(Surface::default());
     let of_face = parts.face.iter().map(|&f| ids[f as usize].min(none)).collect();
     let uvs = model.corner_uvs.as_ref().map(|uvs| {

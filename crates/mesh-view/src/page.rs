@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
-use mesh_core::BoundingBox;
+use mesh_core::{BoundingBox, as_u32};
 use mesh_io::Alpha;
 use mesh_render::ColorMap;
 use serde_json::{Value, json};
@@ -350,6 +350,7 @@ impl Page {
         // In a direction in which the mesh is flat, the step would be zero.
         let step = ((high - low) / steps).max(DVec3::splat(f64::MIN_POSITIVE));
         let numbers = local.iter().flat_map(|&p| ((p - low) / step).round().to_array());
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 65,535")]
         let bytes: Vec<u8> = numbers.flat_map(|x| (x as u16).to_le_bytes()).collect();
         json!({
             "count": count, "low": low.to_array(), "step": step.to_array(),
@@ -393,14 +394,14 @@ impl<'a> Shown<'a> {
     fn vertices(&self) -> Box<dyn Iterator<Item = u32> + '_> {
         match &self.vertices {
             Some(vertices) => Box::new(vertices.iter().copied()),
-            None => Box::new(0..self.exhibit.positions.len() as u32),
+            None => Box::new(0..as_u32(self.exhibit.positions.len())),
         }
     }
 
     fn faces(&self) -> Box<dyn Iterator<Item = u32> + '_> {
         match &self.faces {
             Some(faces) => Box::new(faces.iter().copied()),
-            None => Box::new(0..self.exhibit.triangles.len() as u32),
+            None => Box::new(0..as_u32(self.exhibit.triangles.len())),
         }
     }
 
@@ -470,7 +471,7 @@ impl<'a> Shown<'a> {
                 for key in &keys {
                     let at = all.partition_point(|other| other < key);
                     if place[at] == u32::MAX {
-                        place[at] = used.len() as u32;
+                        place[at] = as_u32(used.len());
                         used.push(*key);
                     }
                     index.push(place[at]);
@@ -491,9 +492,9 @@ impl<'a> Shown<'a> {
 fn same(positions: &[DVec3]) -> Option<Vec<u32>> {
     // Adding zero turns -0 into 0.
     let key = |v: u32| positions[v as usize].to_array().map(|x| (x + 0.0).to_bits());
-    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut order: Vec<u32> = (0..as_u32(positions.len())).collect();
     order.sort_unstable_by_key(|&v| (key(v), v));
-    let mut first: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut first: Vec<u32> = (0..as_u32(positions.len())).collect();
     let mut is_any = false;
     for group in order.chunk_by(|&a, &b| key(a) == key(b)) {
         for &v in &group[1..] {

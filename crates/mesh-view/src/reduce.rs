@@ -5,6 +5,7 @@
 //! triangle soup in linear time, and the remaining vertices and faces keep their values and numbers.
 
 use glam::DVec3;
+use mesh_core::as_u32;
 
 /// A simplified mesh.
 pub(crate) struct Reduced {
@@ -61,7 +62,7 @@ fn cluster(positions: &[DVec3], triangles: &[[u32; 3]], low: DVec3, density: f64
     }
     let kept = triangles.iter().enumerate().filter_map(|(face, corners)| {
         let [a, b, c] = corners.map(|v| chosen[v as usize]);
-        (a != b && b != c && c != a).then_some((face as u32, [a, b, c]))
+        (a != b && b != c && c != a).then_some((as_u32(face), [a, b, c]))
     });
     // Of faces that have become equal, only one is kept.
     let mut keyed: Vec<([u32; 3], u32, [u32; 3])> = kept
@@ -80,7 +81,7 @@ fn cluster(positions: &[DVec3], triangles: &[[u32; 3]], low: DVec3, density: f64
     vertices.dedup();
     let mut place = vec![0; positions.len()];
     for (at, &v) in vertices.iter().enumerate() {
-        place[v as usize] = at as u32;
+        place[v as usize] = as_u32(at);
     }
     let triangles = keyed.iter().map(|entry| entry.2.map(|v| place[v as usize])).collect();
     Reduced { vertices, faces, triangles }
