@@ -5,7 +5,7 @@
 //! closest point in its chart.
 
 use glam::DVec3;
-use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap, as_u32};
 use mesh_io::{Blend, Model, ModelError};
 use simplify::{
     AttributeOptions, CornerAttributes, CornerSource, Options, SimplifyError, Target,
@@ -248,7 +248,7 @@ impl Attributes {
     ) -> Blend {
         let Some(CornerSource { face, weights }) = sources[h] else { return Blend::one(0) };
         let corners = loaded.mesh.topology().face_half_edges(face);
-        Blend { sources: corners.map(|h| self.seams.corner(h) as u32), weights }
+        Blend { sources: corners.map(|h| as_u32(self.seams.corner(h))), weights }
     }
 }
 

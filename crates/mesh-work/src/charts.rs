@@ -11,7 +11,7 @@
 use core::cmp::Reverse;
 use std::collections::VecDeque;
 
-use mesh_core::{EdgeId, EdgeMap, FaceId, FaceMap, HalfEdgeId, HalfEdgeMap, TriMesh};
+use mesh_core::{EdgeId, EdgeMap, FaceId, FaceMap, HalfEdgeId, HalfEdgeMap, TriMesh, as_u32};
 use simplify::seam_nodes;
 
 /// The largest share of the wanted faces that the borders of charts may need. The other faces are for the shape.
@@ -165,7 +165,7 @@ impl<'a> Merging<'a> {
     fn finish(self) -> Option<MergedCharts> {
         let Self { charts, mut groups, kept: seams, .. } = self;
         let before = charts.areas.len();
-        let roots: Vec<u32> = (0..before as u32).map(|chart| groups.root(chart)).collect();
+        let roots: Vec<u32> = (0..as_u32(before)).map(|chart| groups.root(chart)).collect();
         let after = roots.iter().zip(0..).filter(|&(&root, chart)| root == chart).count();
         let merged = MergedCharts { charts: charts.of_face, seams, before, after, roots };
         (after < before).then_some(merged)
@@ -189,7 +189,7 @@ impl Charts {
             if of_face[start] != u32::MAX {
                 continue;
             }
-            let chart = areas.len() as u32;
+            let chart = as_u32(areas.len());
             let mut area = 0.0;
             of_face[start] = chart;
             open.push(start);
@@ -289,7 +289,7 @@ struct Groups {
 
 impl Groups {
     fn new(areas: Vec<f64>) -> Self {
-        Self { parents: (0..areas.len() as u32).collect(), own: areas.clone(), areas }
+        Self { parents: (0..as_u32(areas.len())).collect(), own: areas.clone(), areas }
     }
 
     /// The largest chart of the group of a chart.

@@ -2,7 +2,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, as_u32};
 use mesh_io::{Model, ModelError};
 use mesh_metric::{CompareOptions, Comparison, Surface, SurfaceError, compare};
 use simplify::{
@@ -123,7 +123,7 @@ impl LevelPlan {
     #[must_use]
     pub fn record(&self, mesh: &TriMesh, log: CollapseLog) -> LevelRecord {
         let faces = self.options.target.face_target(mesh.topology().face_count());
-        LevelRecord { log, room: self.attributes.merged().map(|_| faces as u32) }
+        LevelRecord { log, room: self.attributes.merged().map(|_| as_u32(faces)) }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use mesh_core::measure::Facing;
-use mesh_core::{FaceId, MeshError, TriMesh, VertexId};
+use mesh_core::{FaceId, MeshError, TriMesh, VertexId, as_u32};
 
 use crate::loaded::Loaded;
 
@@ -75,7 +75,7 @@ impl Loaded {
         let mut new_index = vec![0; is_used.len()];
         let (mut positions, mut vertex_source) = (Vec::new(), Vec::new());
         for v in topology.vertices().filter(|v| is_used[v.index()]) {
-            new_index[v.index()] = positions.len() as u32;
+            new_index[v.index()] = as_u32(positions.len());
             positions.push(self.mesh.position(v));
             vertex_source.push(self.provenance.vertex_source[v.index()]);
         }

@@ -2,7 +2,7 @@
 
 use mesh_core::butterfly::ButterflyOptions;
 use mesh_core::subdivide_1_to_4::{SubdivisionMap, VertexOrigin};
-use mesh_core::{HalfEdgeId, MeshError, Topology, TopologyError, TriMesh};
+use mesh_core::{HalfEdgeId, MeshError, Topology, TopologyError, TriMesh, as_u32};
 use mesh_io::{Blend, Model, ModelError};
 
 /// Errors of [`subdivide_step`].
@@ -37,14 +37,14 @@ pub fn subdivide_step(
     let vertices: Vec<Blend> = fine
         .vertices()
         .map(|v| match origins.vertex_origin(v) {
-            VertexOrigin::Vertex(v) => Blend::one(v.index() as u32),
+            VertexOrigin::Vertex(v) => Blend::one(as_u32(v.index())),
             VertexOrigin::Edge(edge) => {
                 let h = edge.half_edge();
-                middle([h, h.twin()].map(|h| coarse.origin(h).index() as u32))
+                middle([h, h.twin()].map(|h| as_u32(coarse.origin(h).index())))
             }
         })
         .collect();
-    let parents = fine.faces().map(|f| origins.parent_face(f).index() as u32).collect::<Vec<_>>();
+    let parents = fine.faces().map(|f| as_u32(origins.parent_face(f).index())).collect::<Vec<_>>();
     let corners: Vec<[Blend; 3]> = fine
         .faces()
         .map(|f| fine.face_half_edges(f).map(|h| corner(coarse, fine, &origins, h)))
@@ -61,13 +61,13 @@ fn corner(coarse: &Topology, fine: &Topology, origins: &SubdivisionMap, h: HalfE
     let at = |h: HalfEdgeId| {
         let vertices = coarse.face_vertices(parent);
         let k = vertices.into_iter().position(|v| v == coarse.origin(h)).unwrap_or(0);
-        (3 * parent.index() + k) as u32
+        as_u32(3 * parent.index() + k)
     };
     match origins.vertex_origin(fine.origin(h)) {
         VertexOrigin::Vertex(v) => {
             let vertices = coarse.face_vertices(parent);
             let k = vertices.into_iter().position(|other| other == v).unwrap_or(0);
-            Blend::one((3 * parent.index() + k) as u32)
+            Blend::one(as_u32(3 * parent.index() + k))
         }
         VertexOrigin::Edge(edge) => middle([edge.half_edge(), edge.half_edge().twin()].map(at)),
     }

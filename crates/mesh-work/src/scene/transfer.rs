@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, as_u32};
 use mesh_io::{Blend, Model, NewPrimitive, ScalarType, ScenePrimitive, VertexData};
 
 use crate::attributes::Sources;
@@ -118,7 +118,7 @@ impl<'m> Primitive<'m> {
     fn triangle(&mut self, corners: [(Corner, Blend); 3]) {
         let triangle = corners.map(|(corner, blend)| {
             let values = self.values(&corner, self.sources(&blend, corner.position));
-            let next = self.distinct.len() as u32;
+            let next = as_u32(self.distinct.len());
             let key = (corner.vertex, values);
             match self.known.get(&key) {
                 Some(&vertex) => vertex,
@@ -152,7 +152,7 @@ impl<'m> Primitive<'m> {
             position.map_or(f64::INFINITY, |position| position.distance_squared(at))
         };
         let nearest = corners.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        Blend::one(self.vertex(nearest.unwrap_or(0) as u32))
+        Blend::one(self.vertex(as_u32(nearest.unwrap_or(0))))
     }
 
     /// The vertex of the primitive at a corner of the model.
@@ -215,7 +215,7 @@ impl<'m> Primitive<'m> {
 
     /// The vertices in the order of the mesh; further ones at a vertex, which a seam parts, follow.
     fn finish(self) -> NewPrimitive {
-        let mut order: Vec<u32> = (0..self.distinct.len() as u32).collect();
+        let mut order: Vec<u32> = (0..as_u32(self.distinct.len())).collect();
         let vertex =
             |place: u32| self.distinct.get(place as usize).map_or(0, |(vertex, _)| *vertex);
         order.sort_by_key(|&place| vertex(place));
