@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use glam::DVec3;
-use mesh_core::BoundingBox;
+use mesh_core::{BoundingBox, as_u32};
 use serde::{Deserialize, Serialize};
 
 /// A k-d tree: a complete binary tree of planes across the axes. Its leaves are the cells of level 0, numbered from
@@ -47,8 +47,9 @@ impl Cells {
             sites.select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
             at = sites[middle][axis];
         }
-        // The axis is 0, 1 or 2.
-        self.planes[node] = Plane { axis: axis as u8, at };
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0, 1 or 2")]
+        let plane = Plane { axis: axis as u8, at };
+        self.planes[node] = plane;
         // Points on the plane go right, as in `cell_of`.
         let (mut left, mut right): (Vec<DVec3>, Vec<DVec3>) =
             sites.iter().partition(|site| site[axis] < at);
@@ -72,7 +73,7 @@ impl Cells {
     #[must_use]
     pub fn count(&self) -> u32 {
         // There are at most 2^20 - 1 planes.
-        self.planes.len() as u32 + 1
+        as_u32(self.planes.len()) + 1
     }
 
     /// The box of a cell, which is infinite towards the outside.
@@ -113,7 +114,7 @@ impl Cells {
     ) -> ControlFlow<()> {
         let Some(plane) = self.planes.get(node) else {
             // There are at most 2^20 leaves.
-            return visit((node - self.planes.len()) as u32);
+            return visit(as_u32(node - self.planes.len()));
         };
         let axis = usize::from(plane.axis);
         if low[axis] <= plane.at {
@@ -132,7 +133,7 @@ impl Cells {
         while let Some(plane) = self.planes.get(node) {
             node = 2 * node + if point[usize::from(plane.axis)] < plane.at { 1 } else { 2 };
         }
-        (node - self.planes.len()) as u32
+        as_u32(node - self.planes.len())
     }
 }
 

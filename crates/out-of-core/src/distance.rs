@@ -9,7 +9,7 @@
 use core::ops::ControlFlow;
 
 use glam::DVec3;
-use mesh_core::BoundingBox;
+use mesh_core::{BoundingBox, as_u32};
 use mesh_metric::{
     CompareOptions, Comparison, OneSided, SampleStream, Surface, Worst, area_of, points_of_edge,
 };
@@ -127,7 +127,7 @@ impl<'t> Target<'t> {
             return Err(Error::RegionTooLarge { faces: faces as u64 });
         }
         let triangles: Vec<[u32; 3]> =
-            (0..faces as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
+            (0..as_u32(faces)).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
         Ok(Surface::from_triangles(&positions, &triangles)?)
     }
 }

@@ -8,8 +8,8 @@ use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
-use mesh_core::BoundingBox;
 use mesh_core::build::Triangulator;
+use mesh_core::{BoundingBox, as_u32};
 use mesh_io::{Item, ReadOptions};
 
 use crate::error::Error;
@@ -358,7 +358,7 @@ impl Ingested {
 fn local_numbers(face: &[u64]) -> Vec<u32> {
     let mut sorted = face.to_vec();
     sorted.sort_unstable();
-    let place = |v: &u64| sorted.partition_point(|other| other < v) as u32;
+    let place = |v: &u64| as_u32(sorted.partition_point(|other| other < v));
     face.iter().map(place).collect()
 }
 

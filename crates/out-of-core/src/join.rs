@@ -1,6 +1,7 @@
 //! Joining the regions of neighbouring cells, so that vertices along their seams can move.
 
 use glam::DVec3;
+use mesh_core::as_u32;
 use simplify::Quadric;
 
 use crate::error::Error;
@@ -28,14 +29,14 @@ pub fn join(mut regions: Vec<Region>, bits: u32) -> Result<Region, Error> {
     let mut order: Vec<(u64, u32, u32)> = Vec::new();
     for (which, region) in regions.iter().enumerate() {
         let own = region.vertex_ids[..region.own].iter().zip(0..);
-        order.extend(own.map(|(&id, v)| (id, which as u32, v)));
+        order.extend(own.map(|(&id, v)| (id, as_u32(which), v)));
     }
     order.sort_unstable();
     let own = order.len();
     let mut number: Vec<Vec<u32>> =
         regions.iter().map(|region| vec![u32::MAX; region.positions.len()]).collect();
     for (new, &(_, which, v)) in order.iter().enumerate() {
-        number[which as usize][v as usize] = new as u32;
+        number[which as usize][v as usize] = as_u32(new);
     }
     let has_quadrics = regions.iter().all(|region| region.quadrics.len() == region.own);
     let quadric = |&(_, which, v): &(u64, u32, u32)| regions[which as usize].quadrics[v as usize];
@@ -68,7 +69,7 @@ pub fn join(mut regions: Vec<Region>, bits: u32) -> Result<Region, Error> {
                 Err(_) if home >> bits == cell => {
                     return Err(Error::DoNotFit { cell: region.cell, other: home });
                 }
-                Err(_) => elsewhere.push((id, which as u32, v as u32)),
+                Err(_) => elsewhere.push((id, as_u32(which), as_u32(v))),
             }
         }
     }
@@ -81,7 +82,7 @@ pub fn join(mut regions: Vec<Region>, bits: u32) -> Result<Region, Error> {
             other_cells.push(region.other_cells[v as usize - region.own] >> bits);
             positions.push(region.positions[v as usize]);
         }
-        number[which as usize][v as usize] = (vertex_ids.len() - 1) as u32;
+        number[which as usize][v as usize] = as_u32(vertex_ids.len() - 1);
     }
     // A face is taken from the first of the regions that hold it.
     let is_here = |home: u32| regions.binary_search_by_key(&home, |other| other.cell).is_ok();

@@ -1,5 +1,7 @@
 //! Vertices at which a surface is not an oriented manifold.
 
+use mesh_core::as_u32;
+
 use crate::renumber::NONE;
 
 /// The vertices among the first `own`, ascending, whose faces do not form one fan: an edge there has more than two
@@ -19,7 +21,7 @@ pub(crate) fn non_manifold_vertices(own: usize, triangles: &[[u32; 3]]) -> Vec<u
     let mut listed = vec![0_u32; total as usize];
     let mut place = starts.clone();
     for (corner, &v) in corners() {
-        listed[place[v as usize] as usize] = corner as u32;
+        listed[place[v as usize] as usize] = as_u32(corner);
         place[v as usize] += 1;
     }
     let mut fan = Fan::default();
@@ -27,7 +29,7 @@ pub(crate) fn non_manifold_vertices(own: usize, triangles: &[[u32; 3]]) -> Vec<u
         let range = starts[v as usize] as usize..starts[v as usize + 1] as usize;
         !fan.is_one(&listed[range], triangles)
     };
-    (0..own as u32).filter(is_stuck).collect()
+    (0..as_u32(own)).filter(is_stuck).collect()
 }
 
 /// The faces at a vertex, each as the edge opposite to the vertex.

@@ -1,5 +1,6 @@
 //! Collapses of one region up to a cost, and the proof of the distance that they cause.
 
+use mesh_core::as_u32;
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::blocks::{CostThreshold, FlatMesh, Fragment, Rules};
 
@@ -26,13 +27,13 @@ impl Region {
         let Fragment { positions, own, quadrics, triangles, vertex_ids } = fragment;
         let place = |&v: &u32| places[v as usize];
         let mut order: Vec<(u32, u32)> =
-            vertex_ids.iter().map(place).zip(0..vertex_ids.len() as u32).collect();
+            vertex_ids.iter().map(place).zip(0..as_u32(vertex_ids.len())).collect();
         order.sort_unstable();
         let number = inverse(order.iter().map(|&(_, v)| v));
         // Non-manifold vertices are own vertices as well.
         let left = own + self.non_manifold.len();
         let quadric = |&(_, v): &(u32, u32)| quadrics.get(v as usize).copied().unwrap_or_default();
-        let of_old = |old: u32| order.partition_point(|&(place, _)| place < old) as u32;
+        let of_old = |old: u32| as_u32(order.partition_point(|&(place, _)| place < old));
         Self {
             level: self.level,
             cell: self.cell,

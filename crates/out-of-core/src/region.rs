@@ -20,6 +20,7 @@ use std::io::{BufReader, Read, Write};
 use std::path::Path;
 
 use glam::DVec3;
+use mesh_core::as_u32;
 use sha2::{Digest, Sha256};
 use simplify::blocks::Fragment;
 use simplify::{Quadric, Symmetric3};
@@ -96,8 +97,8 @@ impl Region {
         let Self { positions, quadrics, triangles, .. } = self;
         let mut is_held = vec![false; self.own];
         self.non_manifold.iter().for_each(|&v| is_held[v as usize] = true);
-        let free = (0..self.own as u32).filter(|&v| !is_held[v as usize]);
-        let others = self.own as u32..positions.len() as u32;
+        let free = (0..as_u32(self.own)).filter(|&v| !is_held[v as usize]);
+        let others = as_u32(self.own)..as_u32(positions.len());
         let mut places: Vec<u32> = free.collect();
         let own = places.len();
         places.extend(self.non_manifold.iter().copied().chain(others));

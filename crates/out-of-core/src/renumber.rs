@@ -1,5 +1,7 @@
 //! New numbers for the vertices of triangles.
 
+use mesh_core::as_u32;
+
 /// Marks a vertex without a number.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -39,7 +41,7 @@ impl FirstUse {
             let number = &mut self.number[v as usize];
             if *number == NONE {
                 // There are no more new numbers than old ones.
-                *number = self.used.len() as u32;
+                *number = as_u32(self.used.len());
                 self.used.push(v);
             }
             *number

@@ -1,6 +1,6 @@
 //! All steps of a run in sequence, in this process.
 
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, as_u32};
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::StopReason;
 
@@ -134,7 +134,7 @@ pub fn run(work: &Work, observer: &mut dyn FnMut(Step) -> bool) -> Result<Outcom
             return Ok(Outcome { result, faces, levels, cells, stop, error, finer_levels });
         }
         // There are as many results as were named.
-        let first = finer_levels.len() as u32;
+        let first = as_u32(finer_levels.len());
         finer_levels.extend(lod_outputs(work, level, first, observer)?);
     }
     let no_result = || Error::damaged(work.folder(), "the plans lead to no result");
@@ -200,7 +200,7 @@ fn lod_outputs(
     first: u32,
     observer: &mut dyn FnMut(Step) -> bool,
 ) -> Result<impl Iterator<Item = DetailLevel>, Error> {
-    let numbers = first..work.targets().len() as u32;
+    let numbers = first..as_u32(work.targets().len());
     let before = work.moved(level)?;
     let records = write_lod_outputs(work, level, numbers.clone(), observer)?;
     Ok(numbers.zip(records).map(move |(number, record)| DetailLevel {

@@ -8,6 +8,7 @@
 use std::path::Path;
 
 use glam::DVec3;
+use mesh_core::as_u32;
 use simplify::Quadric;
 
 use crate::error::Error;
@@ -57,7 +58,7 @@ impl SeamStrips {
                 return Ok(None);
             }
             for v in (0..region.own).filter(|&v| is_used[v]) {
-                let list = if is_near(v as u32) { &mut own } else { &mut held };
+                let list = if is_near(as_u32(v)) { &mut own } else { &mut held };
                 list.push(Vertex {
                     id: region.vertex_ids[v],
                     cell,
@@ -112,7 +113,7 @@ impl SeamStrips {
             quadric: region.quadrics.get(v).copied().unwrap_or_default(),
         };
         let mut own: Vec<Vertex> =
-            (0..old.own).filter(|&v| stays(v as u32)).map(|v| vertex(old, v, old.cell)).collect();
+            (0..old.own).filter(|&v| stays(as_u32(v))).map(|v| vertex(old, v, old.cell)).collect();
         let mut others = Vec::new();
         for v in (0..reduced.positions.len()).filter(|&v| is_used[v]) {
             if of_cell[v] != old.cell {

@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use mesh_core::as_u32;
 use simplify::blocks::{FlatMesh, Forecast, Rules};
 
 use crate::cells::Cells;
@@ -171,12 +172,12 @@ fn build_region(
     let mut number = vec![0_u32; ids.len()];
     let mut used = 0;
     for (v, _) in is_used.iter().enumerate().filter(|&(_, &is_used)| is_used) {
-        (number[v], ids[used], positions[used]) = (used as u32, ids[v], positions[v]);
+        (number[v], ids[used], positions[used]) = (as_u32(used), ids[v], positions[v]);
         used += 1;
     }
     ids.truncate(used);
     positions.truncate(used);
-    let mut order: Vec<u32> = (0..others.len() as u32).collect();
+    let mut order: Vec<u32> = (0..as_u32(others.len())).collect();
     order.sort_unstable_by_key(|&i| others[i as usize].0);
     let mut place = vec![0_u32; others.len()];
     let mut other_cells = Vec::new();
@@ -187,7 +188,7 @@ fn build_region(
             other_cells.push(home);
             positions.push(point);
         }
-        place[i as usize] = (ids.len() - 1) as u32;
+        place[i as usize] = as_u32(ids.len() - 1);
     }
     for corner in triangles.as_flattened_mut() {
         let other = (u32::MAX - *corner) as usize;

@@ -11,7 +11,7 @@ use mesh_core::diagnose::is_sliver;
 use mesh_core::disjoint_sets::DisjointSets;
 use mesh_core::edge_connectivity::EdgeConnectivity;
 use mesh_core::measure::SoupMeasures;
-use mesh_core::{BoundingBox, Diagnosis};
+use mesh_core::{BoundingBox, Diagnosis, as_u32};
 
 use crate::disk_mesh::DiskMesh;
 use crate::error::Error;
@@ -134,7 +134,7 @@ impl Collector {
         let vertex_at = |corner: u32| corners[corner as usize];
         // The sides at own vertices: all faces of these edges are in the region. A region has fewer corners than 2^32.
         let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(corners.len());
-        for side in 0..corners.len() as u32 {
+        for side in 0..as_u32(corners.len()) {
             let [a, b] = [vertex_at(side), vertex_at(next(side))];
             if (a.min(b) as usize) < region.own {
                 sides.push(([a.min(b), a.max(b)], side));
@@ -176,14 +176,14 @@ impl Collector {
         for triangle in region.triangles.iter().filter(|triangle| is_shared(triangle)) {
             triangle.iter().for_each(|&v| at_rim[v as usize] = true);
         }
-        let vertices = 0..region.positions.len() as u32;
+        let vertices = 0..as_u32(region.positions.len());
         let key = |v: u32| key_of([region.vertex_ids[v as usize]]);
         let rim = || vertices.clone().filter(|&v| at_rim[v as usize]);
         self.components.add(by_vertex, vertices.clone(), rim().map(|v| (v, key(v))))?;
         let bounding = || vertices.clone().filter(|&v| at_boundary[v as usize]);
         let shared = bounding().filter(|&v| at_rim[v as usize]).map(|v| (v, key(v)));
         self.boundaries.add(&mut boundary, bounding(), shared)?;
-        let faces = 0..region.triangles.len() as u32;
+        let faces = 0..as_u32(region.triangles.len());
         let shared = faces.clone().filter(|&f| is_shared(&region.triangles[f as usize]));
         let shared = shared.map(|f| {
             let mut ids = region.triangles[f as usize].map(|v| region.vertex_ids[v as usize]);

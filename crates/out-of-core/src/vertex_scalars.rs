@@ -5,7 +5,7 @@
 //! bit.
 
 use glam::DVec3;
-use mesh_core::{Handle, PolygonSoup, Repair, TriMesh, VertexId, build};
+use mesh_core::{Handle, PolygonSoup, Repair, TriMesh, VertexId, as_u32, build};
 
 use crate::disk_mesh::DiskMesh;
 use crate::error::Error;
@@ -109,7 +109,7 @@ fn is_single(value: f64) -> bool {
 /// may be cut into several.
 fn mesh_of(region: Region) -> Result<(TriMesh, Vec<VertexId>), Error> {
     let Region { own, vertex_ids, positions, mut triangles, .. } = region;
-    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut order: Vec<u32> = (0..as_u32(positions.len())).collect();
     order.sort_unstable_by_key(|&v| vertex_ids[v as usize]);
     let number = inverse(order.iter().copied());
     triangles.as_flattened_mut().iter_mut().for_each(|v| *v = number[*v as usize]);
@@ -136,7 +136,7 @@ fn mesh_of(region: Region) -> Result<(TriMesh, Vec<VertexId>), Error> {
         return Ok((built.mesh, own.collect()));
     }
     // The parts of a vertex that was cut become consecutive.
-    let mut again: Vec<u32> = (0..source.len() as u32).collect();
+    let mut again: Vec<u32> = (0..as_u32(source.len())).collect();
     again.sort_by_key(|&v| source[v as usize]);
     let number = inverse(again.iter().copied());
     let triangles: Vec<[u32; 3]> = built.mesh.topology().triangles().collect();
