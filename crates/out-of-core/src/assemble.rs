@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use mesh_core::as_u32;
 use mesh_io::{Staged, stage_file};
 
 use crate::error::Error;
@@ -45,8 +46,8 @@ pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, 
         for (&(_, id), number) in shared.range_mut((cell, 0)..=(cell, u64::MAX)) {
             let missing = |_| Error::damaged(work.folder(), "a vertex of a neighbour is not there");
             let place = ids.binary_search(&id).map_err(missing)?;
-            // Checked below: the file has fewer vertices than 2^31.
-            *number = (vertices + u64::from(ranks[place])) as u32;
+            let too_many = |_| Error::RegionTooLarge { faces };
+            *number = u32::try_from(vertices + u64::from(ranks[place])).map_err(too_many)?;
         }
         vertices += ranks.iter().filter(|&&rank| rank != NONE).count() as u64;
     }
@@ -78,7 +79,8 @@ pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, 
             let region = region(cell)?;
             let ranks = ranks_of_used(&region, &shared);
             let number = |v: u32| match (v as usize).checked_sub(region.own) {
-                None => (starts[cell as usize] + u64::from(ranks[v as usize])) as u32,
+                // The file has fewer vertices than 2^31.
+                None => as_u32(starts[cell as usize] as usize + ranks[v as usize] as usize),
                 Some(other) => {
                     let key = (region.other_cells[other], region.vertex_ids[v as usize]);
                     shared.get(&key).copied().unwrap_or_default()

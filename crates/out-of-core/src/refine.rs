@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 use mesh_core::{
-    FaceId, FaceMap, Handle, PolygonSoup, Repair, TriMesh, VertexId, VertexMap, build,
+    FaceId, FaceMap, Handle, PolygonSoup, Repair, TriMesh, VertexId, VertexMap, as_u32, build,
 };
 use mesh_metric::Surface;
 use simplify::{
@@ -69,7 +69,7 @@ impl Refinement<'_> {
         mut mesh: TriMesh,
         observer: &mut dyn FnMut(Step) -> bool,
     ) -> Result<Refined, Error> {
-        let mut kept: Vec<u32> = (0..mesh.positions().len() as u32).collect();
+        let mut kept: Vec<u32> = (0..as_u32(mesh.positions().len())).collect();
         if !is_anything(self.options) || mesh.topology().face_count() == 0 {
             return Ok(Refined { mesh, kept });
         }
@@ -150,7 +150,7 @@ impl Refinement<'_> {
             Err(_) => glue(&mesh, of_face, &refined(&only_moves(self.options))?).ok(),
         };
         Ok(glued.unwrap_or_else(|| {
-            let kept = (0..mesh.positions().len() as u32).collect();
+            let kept = (0..as_u32(mesh.positions().len())).collect();
             Refined { mesh, kept }
         }))
     }
@@ -239,7 +239,7 @@ fn distribute(
         let mut used: Vec<u32> = group.iter().flat_map(|&(_, i)| triangles[i as usize]).collect();
         used.sort_unstable_by_key(|&v| region.vertex_ids[v as usize]);
         used.dedup();
-        used.iter().enumerate().for_each(|(new, &v)| number[v as usize] = new as u32);
+        used.iter().enumerate().for_each(|(new, &v)| number[v as usize] = as_u32(new));
         let part = Region {
             level: 0,
             cell: group[0].0,
@@ -265,7 +265,11 @@ fn gather(folder: &Path, cells: Range<u32>, piece: u32) -> Result<Option<Surface
         let path = part_path(folder, cell, piece);
         if path.exists() {
             let part = Region::read(&path)?;
-            let first = positions.len() as u32;
+            // Unlike each part, all parts of a piece together may exceed 32 bits.
+            if positions.len() + part.positions.len() > u32::MAX as usize {
+                return Err(Error::RegionTooLarge { faces: triangles.len() as u64 });
+            }
+            let first = as_u32(positions.len());
             positions.extend(part.positions);
             triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
         }
@@ -376,7 +380,7 @@ fn glue(
     let mut number = topology.vertex_map(NONE);
     let mut place = |v: VertexId, positions: &mut Vec<DVec3>| {
         if number[v] == NONE {
-            number[v] = positions.len() as u32;
+            number[v] = as_u32(positions.len());
             positions.push(mesh.position(v));
         }
         number[v]
@@ -392,7 +396,7 @@ fn glue(
                 Some(id) => place(id, &mut positions),
                 None => {
                     positions.push(piece.mesh.position(v));
-                    (positions.len() - 1) as u32
+                    as_u32(positions.len() - 1)
                 }
             };
         }

@@ -3,7 +3,7 @@
 //! The boundary of its own faces stays unchanged. So regions can be refined one by one, on any machine, and still fit
 //! together.
 
-use mesh_core::{FaceId, Repair, TriMesh, VertexId, build};
+use mesh_core::{FaceId, Repair, TriMesh, VertexId, as_u32, build};
 use simplify::Steps;
 
 use crate::error::Error;
@@ -87,17 +87,17 @@ fn put_back(region: Region, before: &TriMesh, source: &[u32], refined: &Refined)
     let mut free = (0..own).filter(|&v| is_within[v] && !is_used[v]).map(|v| vertex_ids[v]);
     let mut beyond = (0..u64::MAX).rev();
     // Own vertices: first those on the boundary and those that only copies use, then those inside.
-    let mut owned: Vec<(u64, u32, bool)> = (0..own as u32)
+    let mut owned: Vec<(u64, u32, bool)> = (0..as_u32(own))
         .filter(|&v| is_used[v as usize] || !is_within[v as usize])
         .map(|v| (vertex_ids[v as usize], v, true))
         .collect();
     for (new, _) in place.iter().enumerate().filter(|(_, place)| **place == NONE) {
         let id = free.next().or_else(|| beyond.next()).unwrap_or_default();
-        owned.push((id, new as u32, false));
+        owned.push((id, as_u32(new), false));
     }
     owned.sort_unstable();
     let others: Vec<u32> =
-        (own as u32..positions.len() as u32).filter(|&v| is_used[v as usize]).collect();
+        (as_u32(own)..as_u32(positions.len())).filter(|&v| is_used[v as usize]).collect();
     let mut number_of_old = vec![NONE; positions.len()];
     let mut number = vec![NONE; mesh.positions().len()];
     let mut result = Region { level, cell, own: owned.len(), ..Region::default() };
@@ -111,7 +111,7 @@ fn put_back(region: Region, before: &TriMesh, source: &[u32], refined: &Refined)
             result.positions.push(mesh.positions()[v as usize]);
         }
     }
-    for (i, &v) in (owned.len() as u32..).zip(&others) {
+    for (i, &v) in (as_u32(owned.len())..).zip(&others) {
         number_of_old[v as usize] = i;
         result.vertex_ids.push(vertex_ids[v as usize]);
         result.other_cells.push(other_cells[v as usize - own]);
