@@ -10,7 +10,7 @@ use curvpatch::{
     SizeOptions, patch_color,
 };
 use glam::DVec3;
-use mesh_core::{FaceId, Handle, TriMesh};
+use mesh_core::{FaceId, Handle, TriMesh, as_u32};
 use mesh_io::Format;
 use mesh_view::{Exhibit, Field, Layout, Lines, On, Page, Section};
 use mesh_work::{
@@ -249,7 +249,7 @@ fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<
     let mut exhibits = vec![together, under];
     for (index, (patch, lines)) in cover.patches.iter().zip(curves).take(MOST_ALONE).enumerate() {
         let part = patch.fit.patch.tessellate(*cut).map_err(Failure::refused)?;
-        let [r, g, b] = patch_color(index as u32);
+        let [r, g, b] = patch_color(as_u32(index));
         let [k1, k2] = patch.fit.patch.curvatures();
         exhibits.push(Exhibit {
             name: format!("patch {index}"),

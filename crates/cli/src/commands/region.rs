@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
+use mesh_core::as_u32;
 use out_of_core::{Next, Plan, Step, Work, refine_cell, run as run_rest, write_tiles};
 use serde::Serialize;
 
@@ -373,7 +374,7 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     let outcome = outcome.map_err(Failure::regions)?;
     let mut report = Report {
         // A run has at least one level, and at most 2^32 plans.
-        level: outcome.levels.len() as u32 - 1,
+        level: as_u32(outcome.levels.len()) - 1,
         cells: outcome.cells.last().copied().unwrap_or(0),
         faces: outcome.faces,
         output: options.output.as_ref().map(|output| output.display().to_string()),
