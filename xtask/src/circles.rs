@@ -12,6 +12,8 @@ use syn::visit::{self, Visit};
 
 use xtask_common::Failure;
 
+use crate::files::{entries, is_for_tests};
+
 /// The packages to check.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Circles {
@@ -73,12 +75,6 @@ fn workspace_packages() -> Result<Vec<PathBuf>, Failure> {
     packages.retain(|package| package.join("src").is_dir());
     packages.sort();
     Ok(packages)
-}
-
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let read =
-        || -> std::io::Result<_> { fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect() };
-    read().map_err(Failure::reading(folder))
 }
 
 fn print_circle(package: &Path, circle: &[Names], modules: &Crate, uses: &Uses) {
@@ -251,11 +247,6 @@ impl<'ast> Visit<'ast> for Reader<'_> {
             }
         }
     }
-}
-
-fn is_for_tests(attribute: &syn::Attribute) -> bool {
-    attribute.path().is_ident("cfg")
-        && attribute.parse_args::<syn::Path>().is_ok_and(|path| path.is_ident("test"))
 }
 
 fn uses(modules: &Crate) -> Uses {

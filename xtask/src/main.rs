@@ -1,10 +1,12 @@
-//! Tasks of the workspace: `cargo xtask circles` checks the modules of each crate, `cargo xtask package` packs the
-//! crates for the registry, `cargo xtask python` builds and tests the Python package. `cargo xtask reproduce` and
-//! `cargo xtask instructions` start separate programs, because those depend on all libraries.
+//! Tasks of the workspace: `cargo xtask circles` checks the modules of each crate, `cargo xtask casts` its casts of
+//! integers, `cargo xtask package` packs the crates for the registry, `cargo xtask python` builds and tests the Python
+//! package. `cargo xtask reproduce` and `cargo xtask instructions` start separate programs, because those depend on all
+//! libraries.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod casts;
 mod circles;
 mod files;
 mod package;
@@ -36,6 +38,12 @@ enum Task {
     ///     cargo xtask circles crates/simplify
     #[command(verbatim_doc_comment)]
     Circles(circles::Circles),
+    /// Check that casts of integers to 32 bits or fewer cannot cut off a number unnoticed
+    ///
+    ///     cargo xtask casts
+    ///     cargo xtask casts crates/mesh-io
+    #[command(verbatim_doc_comment)]
+    Casts(casts::Casts),
     /// Write crates with names that the registry has free, and build a program from the packed files alone
     ///
     ///     cargo xtask package
@@ -59,6 +67,7 @@ fn main() -> ExitCode {
         Task::Reproduce(arguments) => programs::run("reproduce", None, &arguments),
         Task::Instructions(arguments) => programs::run("benches", Some("instructions"), &arguments),
         Task::Circles(options) => circles::run(&options),
+        Task::Casts(options) => casts::run(&options),
         Task::Package(options) => package::run(&options),
         Task::Python(options) => python::run(&options),
         Task::Release(options) => release::run(&options),
