@@ -480,3 +480,43 @@ fn two_lines_of_an_obj_file_that_became_one_are_an_error() {
         assert!(parse(format!("{head}{line}\nf 1 2 3\n")).is_ok(), "{line}");
     }
 }
+
+/// Vertices outside of the loop became corners of the facet.
+#[test]
+fn vertices_beside_the_loop_of_an_stl_facet_are_an_error() {
+    let vertices = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n";
+    let facet = |before: &str, after: &str| {
+        format!(
+            "solid\nfacet normal 0 0 1\n{before}outer loop\n{vertices}endloop\n{after}endfacet\nendsolid\n"
+        )
+    };
+    assert_eq!(parse(facet("", "")).unwrap().soup.face_count(), 1);
+    let second = format!("outer loop\n{vertices}endloop\n");
+    for text in [facet("vertex 1 2 3\n", ""), facet("", "vertex 1 2 3\n"), facet("", &second)] {
+        let error = parse(&text).unwrap_err().to_string();
+        assert!(error.contains("line"), "{error}");
+    }
+    // Some programs write no loops.
+    let bare = format!("solid\nfacet normal 0 0 1\n{vertices}endfacet\nendsolid\n");
+    assert_eq!(parse(bare).unwrap().soup.face_count(), 1);
+}
+
+#[cfg(feature = "gltf")]
+#[test]
+fn corners_of_an_incomplete_triangle_are_named() {
+    let zeros = "A".repeat(64);
+    for (count, mode, rest) in
+        [(3, 4, None), (4, 4, Some(1)), (2, 4, Some(2)), (4, 5, None), (2, 5, Some(2))]
+    {
+        let text = format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":{mode}}}]}}],
+            "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3"}}],
+            "bufferViews":[{{"buffer":0,"byteLength":48}}],
+            "buffers":[{{"byteLength":48,"uri":"data:application/octet-stream;base64,{zeros}"}}]}}"#
+        );
+        let model = parse(&text).unwrap();
+        let lost = model.lost.iter().find(|lost| lost.what.contains("after the last triangle"));
+        assert_eq!(lost.and_then(|lost| lost.count), rest, "{count} {mode}");
+    }
+}

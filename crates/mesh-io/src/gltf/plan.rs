@@ -284,6 +284,12 @@ impl Planner<'_> {
                 STRIP | FAN => indices.saturating_sub(2),
                 _ => indices / 3,
             };
+            let rest = match (primitive.mode, faces) {
+                (STRIP | FAN, 1..) => 0,
+                (_, faces) => indices - 3 * faces,
+            };
+            let what = format!("{path}: corners after the last triangle");
+            self.notes.lose_some(what, rest, "a triangle needs three");
             if faces == 0 {
                 continue;
             }

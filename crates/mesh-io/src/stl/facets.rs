@@ -45,6 +45,8 @@ pub(super) enum Part<'p> {
 pub(super) struct Facets {
     within_solid: bool,
     within_facet: bool,
+    /// Whether the loop of the current facet has ended.
+    is_loop_over: bool,
     /// The corners of the current facet.
     corners: Vec<DVec3>,
 }
@@ -73,6 +75,7 @@ impl Facets {
                         return Err(line.unexpected("endfacet", word));
                     }
                     self.corners.clear();
+                    self.is_loop_over = false;
                     // The word "normal" and its numbers are ignored.
                     words.by_ref().take(4).for_each(drop);
                 }
@@ -81,7 +84,11 @@ impl Facets {
                     self.end_facet(line, word)?;
                     take(Part::Facet(&self.corners))?;
                 }
-                b"outer" | b"loop" | b"endloop" => {}
+                b"outer" | b"loop" if !self.corners.is_empty() => {
+                    return Err(line.unexpected("one loop of vertices in a facet", word));
+                }
+                b"outer" | b"loop" => {}
+                b"endloop" => self.is_loop_over = true,
                 _ => {
                     let expected = "solid, facet, outer loop, vertex, endloop, endfacet, endsolid";
                     return Err(line.unexpected(expected, word));
@@ -99,6 +106,9 @@ impl Facets {
         }
         if !self.within_facet {
             return Err(line.unexpected("facet", b"vertex"));
+        }
+        if self.is_loop_over {
+            return Err(line.unexpected("endfacet", b"vertex"));
         }
         self.corners.push(DVec3::from(position));
         Ok(())
