@@ -152,6 +152,19 @@ impl<'a> Input<'a> {
         Ok(self.advance_line()?.map(|range| Line { number: self.line, text: &self.window[range] }))
     }
 
+    /// Whether more content follows; in text, empty lines and comments are no content.
+    pub(crate) fn has_more(&mut self, is_text: bool) -> Result<bool, ReadErrorKind> {
+        if !is_text {
+            return Ok(!self.peek(1)?.is_empty());
+        }
+        while let Some(range) = self.advance_line()? {
+            if self.window[range].trim_ascii_start().first().is_some_and(|&b| b != b'#') {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// The next line that is neither empty nor a comment. The end of the stream is an error that names the expected
     /// content.
     pub(crate) fn data_line(&mut self, expected: &str) -> Result<Line<'_>, ReadErrorKind> {

@@ -340,6 +340,8 @@ fn content_after_the_end_is_named() {
         (Format::Ply, Encoding::Text, "PLY record"),
         (Format::Ply, Encoding::LittleEndian, "PLY record"),
         (Format::Ply, Encoding::BigEndian, "PLY record"),
+        (Format::Off, Encoding::Text, "OFF face"),
+        (Format::Off, Encoding::BigEndian, "OFF face"),
         (Format::Stl, Encoding::LittleEndian, "STL facet"),
         (Format::Glb, Encoding::Usual, "GLB container"),
     ];

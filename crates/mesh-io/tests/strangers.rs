@@ -520,3 +520,16 @@ fn corners_of_an_incomplete_triangle_are_named() {
         assert_eq!(lost.and_then(|lost| lost.count), rest, "{count} {mode}");
     }
 }
+
+/// The words after the last property were lost.
+#[test]
+fn a_row_of_a_ply_file_with_more_words_than_properties_is_an_error() {
+    let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let with = |vertex: &str, face: &str| parse(format!("{head}0 0 0\n{vertex}\n0 1 0\n{face}\n"));
+    assert!(with("1 0 0 ", "3 0 1 2\t").is_ok());
+    for (vertex, face, line) in [("1 0 0 x", "3 0 1 2", 11), ("1 0 0", "3 0 1 2 3 0 2 1", 13)] {
+        let error = with(vertex, face).unwrap_err().to_string();
+        assert!(error.contains(&format!("line {line}")), "{error}");
+    }
+}

@@ -100,6 +100,10 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     } else {
         reader.text(counts)?;
     }
+    if reader.input.has_more(!reader.header.binary)? {
+        let what = "content after the last OFF face";
+        reader.notes.lose(Lost::new(what, "the counts do not announce it"));
+    }
     Ok(reader.finish())
 }
 

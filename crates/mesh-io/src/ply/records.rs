@@ -43,14 +43,7 @@ pub(super) fn note_more(
     storage: Storage,
     notes: &mut Notes,
 ) -> Result<(), ReadErrorKind> {
-    let mut has_more = storage != Storage::Text && !input.peek(1)?.is_empty();
-    while storage == Storage::Text
-        && !has_more
-        && let Some(line) = input.line()?
-    {
-        has_more = !line.text.trim_ascii().is_empty();
-    }
-    if has_more {
+    if input.has_more(storage == Storage::Text)? {
         let what = "content after the last PLY record";
         notes.lose(Lost::new(what, "the header does not announce it"));
     }
@@ -190,7 +183,10 @@ fn read_line(
             list.push(next(&property.name, property.value)?.0);
         }
     }
-    Ok(())
+    match words.next() {
+        None => Ok(()),
+        Some(word) => Err(line.unexpected("the end of the line", word)),
+    }
 }
 
 /// One property of a block of equally sized records.
