@@ -37,14 +37,14 @@ pub fn subdivide_step(
     let vertices: Vec<Blend> = fine
         .vertices()
         .map(|v| match origins.vertex_origin(v) {
-            VertexOrigin::Vertex(v) => Blend::one(as_u32(v.index())),
+            VertexOrigin::Vertex(v) => Blend::one(v.get()),
             VertexOrigin::Edge(edge) => {
                 let h = edge.half_edge();
-                middle([h, h.twin()].map(|h| as_u32(coarse.origin(h).index())))
+                middle([h, h.twin()].map(|h| coarse.origin(h).get()))
             }
         })
         .collect();
-    let parents = fine.faces().map(|f| as_u32(origins.parent_face(f).index())).collect::<Vec<_>>();
+    let parents = fine.faces().map(|f| origins.parent_face(f).get()).collect::<Vec<_>>();
     let corners: Vec<[Blend; 3]> = fine
         .faces()
         .map(|f| fine.face_half_edges(f).map(|h| corner(coarse, fine, &origins, h)))

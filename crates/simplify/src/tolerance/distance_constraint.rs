@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 use mesh_collapse::{EdgePatch, Optimal, Place, Placement, Policy, Quadric, Rejection, Scratch};
-use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, as_u32, parallel};
+use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, parallel};
 use mesh_metric::{ClosestPoint, Surface, SurfaceError};
 use mesh_refine::FaceLists;
 
@@ -333,7 +333,7 @@ fn add_covers(
             let whole = |edge: EdgeId| {
                 let ends = topology.edge_vertices(edge);
                 Part {
-                    edge: as_u32(edge.index()),
+                    edge: edge.get(),
                     ends: ends.map(|v| original.positions()[v.index()]),
                     closest: ends.map(|v| closest[v.index()]),
                 }

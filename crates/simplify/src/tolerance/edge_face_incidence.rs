@@ -46,7 +46,7 @@ impl EdgeFaceIncidence {
         let edges = self.first.len();
         let first_of_face = &mut self.of_face[face.index()];
         let first = &mut self.first[edge as usize];
-        let (face, next_of_face) = (as_u32(face.index()), *first_of_face);
+        let (face, next_of_face) = (face.get(), *first_of_face);
         if first.face == NONE {
             *first = Pair { face, next_of_face, ..*first };
             *first_of_face = edge;
@@ -54,7 +54,12 @@ impl EdgeFaceIncidence {
         }
         let pair = Pair { face, next_of_face, next_of_edge: first.next_of_edge };
         let place = match self.free {
-            NONE => as_u32(edges + self.others.len()),
+            NONE => {
+                let place = edges + self.others.len();
+                // A number that is cut off would be the place of another pair.
+                assert!(place < NONE as usize, "more pairs of edges and faces than 32 bits number");
+                as_u32(place)
+            }
             place => place,
         };
         first.next_of_edge = place;
@@ -66,11 +71,6 @@ impl EdgeFaceIncidence {
             }
             None => {
                 if self.others.len() == self.others.capacity() {
-                    // Far beyond any memory today; a place that is cut off would be the place of another pair.
-                    assert!(
-                        edges + self.others.len() < NONE as usize,
-                        "more pairs than 32 bits number"
-                    );
                     self.others.reserve_exact(MORE + self.others.len() / 8);
                 }
                 self.others.push(Other { edge, pair });
