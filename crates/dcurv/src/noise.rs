@@ -94,7 +94,24 @@ fn error_at(
     } else {
         near.heights(&tangent);
     }
+    straighten(&mut near.points);
     prediction_error(&near.points, degree)
+}
+
+/// Moves points that are almost on the line through the vertex and its nearest point to this line.
+///
+/// In a column of vertices, noise moves the places to the sides a little, and the heights. So the places foretell the
+/// heights, and without this step the result is too small, by a factor of a thousand on a prism of eight sides.
+fn straighten(points: &mut [HeightPoint]) {
+    /// The largest sine of the angle to the line.
+    const ALMOST: f64 = 0.02;
+    let Some(axis) = points.first().and_then(|nearest| nearest.at.try_normalize()) else { return };
+    for point in points {
+        let length = point.at.length();
+        if axis.perp_dot(point.at).abs() < ALMOST * length {
+            point.at = axis * length.copysign(axis.dot(point.at));
+        }
+    }
 }
 
 /// The number of monomials up to a degree.

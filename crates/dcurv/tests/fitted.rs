@@ -460,6 +460,34 @@ fn long_triangles_with_noise_are_smoothed() {
     }
 }
 
+/// Prisms of few sides and many rows: all near points are in three columns, which determine no polynomial of fourth
+/// degree. With noise, the places within a column foretell the heights.
+#[test]
+fn three_columns_of_points_determine_the_curvature() {
+    let cylinder = Cylinder { radius: 1.0, height: 3.0 };
+    for sides in 6..=12 {
+        let soup = cylinder.mesh(sides, 1000 / sides, RowPhase::Aligned).unwrap();
+        let clean = mesh(&soup);
+        let errors = |mesh: &TriMesh, scale: FitScale| {
+            let fits = fitted_curvatures(mesh, &FitOptions { scale, ..FitOptions::default() });
+            relative_errors(&clean, &cylinder, &fits)
+        };
+        for scale in [FitScale::Nearest, FitScale::Noise(estimate_noise(&clean))] {
+            let [_, worst, _] = errors(&clean, scale);
+            assert!(worst < 0.01, "{sides} sides, {scale:?}: {worst}");
+        }
+        let mut noisy = soup.clone();
+        add_normal_noise(&mut noisy, 0.01, 7);
+        let noise = 0.01 * mesh_shapes::mean_edge_length(&soup);
+        let noisy = mesh(&noisy);
+        let found = estimate_noise(&noisy);
+        let [median, worst, _] = errors(&noisy, FitScale::Noise(found));
+        println!("{sides} sides: noise {:.3}, errors {median:.4} {worst:.4}", found / noise);
+        assert!((0.75..1.25).contains(&(found / noise)), "{sides} sides: {}", found / noise);
+        assert!(median < 0.15, "{sides} sides: {median} {worst}");
+    }
+}
+
 #[test]
 fn corrected_curvature_converges_and_averages_noise() {
     let disorder = Irregular::default();
