@@ -263,7 +263,8 @@ fn march(
         soup.push_vertex(field.place([p[0], p[1], p[2]].map(f64::from)));
     }
     for face in corners.chunks_exact(3) {
-        soup.push_face(face).map_err(Failure::mesh)?;
+        // The values grow outward, and faces are seen from inside in the order of the library.
+        soup.push_face(&[face[0], face[2], face[1]]).map_err(Failure::mesh)?;
     }
     let exact = soup.positions().iter().map(|&p| surface.exact_near(p)).collect();
     Ok(Sampled { soup, exact })
