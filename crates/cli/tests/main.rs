@@ -18,6 +18,7 @@ mod needed_repairs;
 mod patch;
 mod pictures;
 mod points;
+mod postconditions;
 mod principal;
 mod real_meshes;
 mod scenes;

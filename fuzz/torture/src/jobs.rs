@@ -1,5 +1,6 @@
 //! The jobs run on every file: all commands, with usual and with extreme options.
 
+use postconditions::{Promise, commands};
 use serde_json::Value;
 
 /// One or more runs of the program, and their outputs.
@@ -18,6 +19,8 @@ pub(super) struct Job {
     pub(super) is_repeated: bool,
     /// Whether it is inherently slow.
     pub(super) takes_long: bool,
+    /// What the outputs have in common with the input.
+    pub(super) promise: Option<Promise>,
     /// Whether it asks for something that does not exist, so that a usage error (exit 2) is allowed.
     pub(super) is_misuse: bool,
 }
@@ -60,6 +63,7 @@ impl Job {
             claim: None,
             is_repeated: false,
             takes_long: false,
+            promise: None,
             is_misuse: false,
         }
     }
@@ -118,6 +122,21 @@ pub(super) fn all() -> Vec<Job> {
         distance(),
     ];
     groups.concat()
+}
+
+/// The jobs that promise not to make a mesh worse in kind.
+pub(super) fn promising() -> Vec<Job> {
+    let in_memory = commands::all().into_iter().filter(|command| command.density <= 1.0);
+    let job = |command: commands::Command| {
+        let job = Job {
+            steps: vec![command.line.clone()],
+            promise: Some(command.promise),
+            ..Job::new("", "", "")
+        };
+        let job = Job { name: format!("{} (promise)", command.name), ..job };
+        command.outputs.iter().fold(job, |job, file| job.writes(file, Faces::Any, false))
+    };
+    in_memory.map(job).collect()
 }
 
 const FACES: Faces = Faces::Reported("/faces");

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use postconditions::{Promise, violations};
 use serde_json::Value;
 
 use super::child::{self, End, Ended, Limits};
@@ -100,6 +101,10 @@ impl Trial<'_> {
             let faces = check_output(&path, output, &report, subject)
                 .map_err(|fault| format!("output {}: {fault}", output.file))?;
             course.faces = faces.or(course.faces);
+            if let Some(promise) = &job.promise {
+                keeps(promise, &subject.path, &path, &report)
+                    .map_err(|fault| format!("output {}: {fault}", output.file))?;
+            }
         }
         hidden_files(&out)?;
         if let Some(claim) = job.claim {
@@ -252,6 +257,15 @@ fn nothing_is_left(out: &Path, job: &Job) -> Result<(), String> {
         Some(name) => Err(format!("refused, but left {name} behind")),
         None => Ok(()),
     }
+}
+
+/// Checks the promise of a command.
+fn keeps(promise: &Promise, input: &Path, output: &Path, report: &Value) -> Result<(), String> {
+    let read = |path: &Path| mesh_io::read(path).map_err(|error| error.to_string());
+    let (before, after) = (read(input)?, read(output)?);
+    let format = |path: &Path| mesh_io::Format::from_extension(path);
+    let found = violations((&before, format(input)), (&after, format(output)), report, promise);
+    if found.is_empty() { Ok(()) } else { Err(found.join("; ")) }
 }
 
 /// Files being written are hidden, and must not exist afterwards.

@@ -5,7 +5,7 @@
 //! A run is a process of the built program with a limit of time and memory ([`child`]). Its outputs are read by
 //! [readers] that share no code with `mesh-io`, and compared with the report of the program ([`judge`]). A run may
 //! succeed (exit 0), or refuse the file (3) or the mesh (4) with a message. Anything else is a fault, and so is an
-//! output that contradicts the report. [`jobs`] lists the commands and their options, [`table`] shows the outcome.
+//! output that contradicts the report, and an output that breaks a [promise](postconditions::Promise) of the command. [`jobs`] lists the commands and their options, [`table`] shows the outcome.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod child;
@@ -18,6 +18,7 @@ mod record;
 mod table;
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::sync::{Mutex, PoisonError};
@@ -25,6 +26,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use indicatif::ProgressBar;
+use postconditions::{kinds, wear};
 use rayon::prelude::*;
 use xtask_common::{Failure, exit_code, progress_bar};
 
@@ -41,8 +43,20 @@ use record::Record;
 )]
 struct Torture {
     /// The folder of files; all of them are taken, whatever they are
-    #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
-    models: PathBuf,
+    #[arg(
+        long,
+        value_name = "DIR",
+        env = "CURVMESH_MODELS",
+        required_unless_present = "generated"
+    )]
+    models: Option<PathBuf>,
+    /// Instead of a folder: so many meshes of the kinds that CAD programs and scanners make, and only the jobs that
+    /// promise not to make a mesh worse
+    #[arg(long, value_name = "N")]
+    generated: Option<u64>,
+    /// The number of the first generated mesh
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "generated")]
+    first: u64,
     /// Only the jobs whose name contains one of these
     #[arg(long, value_name = "JOBS", value_delimiter = ',')]
     only: Vec<String>,
@@ -120,12 +134,21 @@ fn all(options: &Torture, trial: &Trial<'_>) -> Result<Vec<Record>, Failure> {
     let wanted = |name: &str, words: &[String]| {
         words.is_empty() || words.iter().any(|word| name.contains(word))
     };
-    let mut files = files(&options.models)?;
+    let generated = options.out.join("generated");
+    let folder = match (options.generated, &options.models) {
+        (Some(count), _) => {
+            generate(&generated, options.first..options.first + count)?;
+            &generated
+        }
+        (None, Some(models)) => models,
+        (None, None) => return Err(Failure::Usage("name a folder of models".into())),
+    };
+    let mut files = files(folder)?;
     files.retain(|(name, _, size)| {
         wanted(name, &options.files) && !(options.quick && *size > SMALL)
     });
     if files.is_empty() {
-        return Err(Failure::Usage(format!("{} has no such files", options.models.display())));
+        return Err(Failure::Usage(format!("{} has no such files", folder.display())));
     }
     let bar = ticking_bar();
     bar.set_length(files.len() as u64);
@@ -137,8 +160,10 @@ fn all(options: &Torture, trial: &Trial<'_>) -> Result<Vec<Record>, Failure> {
             known
         })
         .collect();
-    let jobs: Vec<Job> = jobs::all()
+    let own = options.generated.is_none().then(jobs::all).unwrap_or_default();
+    let jobs: Vec<Job> = own
         .into_iter()
+        .chain(jobs::promising())
         .filter(|job| wanted(&job.name, &options.only) && !(options.quick && job.takes_long))
         .collect();
     let runs: Vec<(&Subject, &Job)> = subjects
@@ -174,6 +199,23 @@ fn all(options: &Torture, trial: &Trial<'_>) -> Result<Vec<Record>, Failure> {
     let mut records: Vec<Record> = subjects.into_iter().map(|(_, record)| record).collect();
     records.extend(judged);
     Ok(records)
+}
+
+/// Writes generated meshes into a folder.
+fn generate(folder: &Path, numbers: Range<u64>) -> Result<(), Failure> {
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).map_err(Failure::writing(folder))?;
+    }
+    std::fs::create_dir_all(folder).map_err(Failure::writing(folder))?;
+    for number in numbers {
+        let kind = number as usize % kinds::count();
+        let worn = wear::wear(&kinds::mesh(kind, number, 1.0), number);
+        let name = format!("{} {number}.{}", kinds::name(kind), worn.format.extension());
+        let path = folder.join(name);
+        mesh_io::write(&path, &worn.model, &mesh_io::WriteOptions::default())
+            .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    }
+    Ok(())
 }
 
 fn ticking_bar() -> ProgressBar {
