@@ -16,6 +16,7 @@ mod norm;
 mod observer;
 mod pipeline;
 mod texture_folds;
+mod unfold;
 mod vertex_relocation;
 
 pub use anneal::{AnnealOptions, AnnealReport, anneal};
@@ -34,3 +35,4 @@ pub use norm::{FitNorm, UnknownNorm};
 pub use observer::{Observe, Observer};
 pub use pipeline::{Pipeline, Refined, Steps};
 pub use texture_folds::Texture;
+pub use unfold::unfold;

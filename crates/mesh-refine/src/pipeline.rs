@@ -1,4 +1,4 @@
-//! The sequence of fitting, annealing and reduction of the largest errors.
+//! The sequence of fitting, annealing, reduction of the largest errors, and repair of faces that are turned over.
 
 use std::sync::Arc;
 
@@ -14,6 +14,7 @@ use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
 use crate::observer::Observer;
 use crate::texture_folds::{Texture, TextureCheck, fit_unfolded};
+use crate::unfold::unfold;
 use mesh_collapse::{Boundary, FaceLimits, Level, Protect, Protected};
 
 /// A level and the refinement that it has had.
@@ -79,6 +80,13 @@ pub struct Steps {
     pub max_error: Option<MaxErrorOptions>,
 }
 
+impl Steps {
+    /// Whether there is any stage.
+    fn is_any(&self) -> bool {
+        self.fit.is_some() || self.anneal.is_some() || self.max_error.is_some()
+    }
+}
+
 /// The refinement of levels of a mesh.
 pub struct Pipeline<'a> {
     original: &'a Surface,
@@ -119,7 +127,8 @@ impl<'a> Pipeline<'a> {
         (Refined::untouched(level.mesh, constraints), level.vertex_map)
     }
 
-    /// Fits, anneals and reduces the largest errors, if these stages are enabled and the observer does not stop them.
+    /// Fits, anneals and reduces the largest errors, if these stages are enabled and the observer does not stop them. After
+    /// any of them, faces that are turned over are turned back.
     /// Also returns the vertex of the level for each vertex of the original.
     pub fn finish(
         &self,
@@ -181,7 +190,23 @@ impl<'a> Pipeline<'a> {
             }
         }
         done.constraints = constraints;
+        if self.steps.is_any() {
+            self.unfold(&mut done, texture.as_ref());
+        }
         Ok((done, vertex_map))
+    }
+
+    /// Turns back the faces that are turned over, unless more faces are folded in the texture then.
+    fn unfold(&self, done: &mut Refined, texture: Option<&TextureCheck<'_>>) {
+        let forbid = self.steps.max_error.is_some_and(|options| options.forbid_intersections)
+            || self.steps.fit.is_some_and(|options| options.forbid_intersections);
+        let mut next = done.mesh.clone();
+        let [before, after] = unfold(&mut next, self.original, &done.constraints, forbid);
+        let map = done.vertex_map.as_ref();
+        let folds = |mesh: &TriMesh| texture.map_or(0, |check| check.folded_after(mesh, map));
+        if after < before && folds(&next) <= folds(&done.mesh) {
+            done.mesh = next;
+        }
     }
 
     fn constraints(

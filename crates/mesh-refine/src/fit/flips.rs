@@ -129,7 +129,8 @@ fn is_below(limit: f64, numbers: impl Iterator<Item = f64>) -> bool {
     limit > 0.0
 }
 
-fn flip_crosses(mesh: &TriMesh, found: &NewIntersections, flip: &LegalFlip) -> bool {
+/// Whether a flip makes faces intersect that did not before.
+pub(crate) fn flip_crosses(mesh: &TriMesh, found: &NewIntersections, flip: &LegalFlip) -> bool {
     let [a, b, c, d] = flip.quad();
     let faces = mesh.topology().edge_faces(flip.edge()).into_iter().flatten();
     let changed: Vec<ChangedFace> = faces

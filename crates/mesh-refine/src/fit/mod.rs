@@ -21,7 +21,7 @@
 pub(crate) mod constraints;
 mod element;
 mod equations;
-mod flips;
+pub(crate) mod flips;
 mod freedom;
 mod lines;
 pub(crate) mod moves;
