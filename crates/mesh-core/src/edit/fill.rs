@@ -1,6 +1,6 @@
 //! Hole filling: closes boundary loops with triangles.
 //!
-//! Any boundary loop can be closed, also a concave or non-planar one; the mesh stays an oriented 2-manifold.
+//! Concave and non-planar boundary loops can be closed as well; the mesh stays an oriented 2-manifold.
 //! The vertices of the loop do not move. No edge is made that exists elsewhere in the mesh, and no face. Here vertices
 //! at equal positions are one vertex: a mesh that was cut at a non-manifold edge has several copies of the edge, and
 //! filling must not add to them. The exception is a loop that passes through one position twice: its new faces can
@@ -17,8 +17,9 @@
 //! 4. If all remaining edges exist already, **a new vertex** at the mean of the remaining ones is joined to
 //!    them. That is always possible.
 //!
-//! New faces may cross other parts of the surface: this is not checked. Large holes get no inner vertices,
-//! other than by step 4; subdivide or smooth the [new faces](FilledHole::faces) for that.
+//! A hole stays open if this gives a face without area, or a face that is folded back on a neighbour: slits between
+//! surfaces that touch are such holes. New faces may cross other parts of the surface: this is not checked. Large holes
+//! get no inner vertices, other than by step 4; subdivide or smooth the [new faces](FilledHole::faces) for that.
 
 use core::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -26,7 +27,7 @@ use std::collections::{BTreeSet, BinaryHeap};
 use glam::DVec3;
 
 use crate::build::{Triangulation, Triangulator, position_key};
-use crate::edit::{NoRoom, Ring};
+use crate::edit::{NoRoom, Ring, RingOrder};
 use crate::mesh::TriMesh;
 use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 
@@ -100,6 +101,12 @@ pub enum FillRefusal {
     /// A face elsewhere in the mesh has its corners at the same positions.
     #[error("the hole is where {0:?} is; filling it would double this face")]
     Duplicate(FaceId),
+    /// The triangles that close the hole have no area, or are folded back on a neighbour.
+    #[error(
+        "the hole has no room for faces: one of them would have no area or would be folded back; join its sides, or \
+         remove the faces around it"
+    )]
+    Folded,
     /// The hole has more edges than are wanted.
     #[error("the hole has {edges} edges, more than {limit}; raise `max_edges` to fill it")]
     TooManyEdges {
@@ -207,27 +214,17 @@ impl TriMesh {
         }
         topology.check_ring(edges)?;
         let outline = Outline::new(self, &sides, copies);
+        let Plan { method, tips, left } = outline.plan(options.optimal_edges);
+        let centre = left.map(|left| copies.free_position(left, outline.origin));
+        if !outline.is_sound(&tips, centre) {
+            return Err(FillRefusal::Folded);
+        }
         let mut ring = Ring::new(sides);
-        let mut faces = Vec::with_capacity(edges);
-        let planned = outline
-            .best_triangles(options.optimal_edges)
-            .map(|tips| (FillMethod::Optimal, tips))
-            .or_else(|| outline.polygon().map(|tips| (FillMethod::Polygon, tips)));
-        let method = match planned {
-            Some((method, tips)) => {
-                faces.extend(tips.into_iter().map(|tip| self.cut_off(&mut ring, tip)));
-                method
-            }
-            None => {
-                self.cut_off_shortest(&outline, &mut ring, &mut faces);
-                FillMethod::ShortestEdge
-            }
-        };
+        let mut faces: Vec<FaceId> =
+            tips.into_iter().map(|tip| self.cut_off(&mut ring, tip)).collect();
         let mut new_vertex = None;
-        if ring.left() > 0 {
-            let share = 1.0 / ring.left() as f64;
-            let centre = ring.places().map(|i| outline.position(i) * share).sum();
-            let centre = copies.free_position(centre, outline.origin);
+        if let Some(centre) = centre {
+            copies.added.insert(position_key(centre));
             let (vertex, fan) = self.close_with_fan(&mut ring, centre);
             new_vertex = Some(vertex);
             faces.extend(fan);
@@ -246,31 +243,6 @@ impl TriMesh {
             }
         }
         report
-    }
-
-    /// Repeatedly cuts off the vertex whose neighbours are closest to each other, until the ring is closed or
-    /// all needed edges exist.
-    fn cut_off_shortest(&mut self, outline: &Outline, ring: &mut Ring, faces: &mut Vec<FaceId>) {
-        // The bits of non-negative lengths have the same order as the lengths.
-        let candidate = |ring: &Ring, tip: u32| {
-            let [before, after] = ring.neighbours(tip);
-            let length = outline.points[before as usize].distance(outline.points[after as usize]);
-            Reverse((length.to_bits(), tip, [before, after]))
-        };
-        let mut queue: BinaryHeap<_> = ring.places().map(|tip| candidate(ring, tip)).collect();
-        let mut is_cut = vec![false; outline.points.len()];
-        while let Some(Reverse((_, tip, around))) = queue.pop() {
-            let is_current = !is_cut[tip as usize] && ring.neighbours(tip) == around;
-            if !is_current || (ring.left() > 3 && outline.is_edge(around)) {
-                continue;
-            }
-            faces.push(self.cut_off(ring, tip));
-            is_cut[tip as usize] = true;
-            if ring.left() == 0 {
-                break;
-            }
-            queue.extend(around.map(|neighbour| candidate(ring, neighbour)));
-        }
     }
 }
 
@@ -298,7 +270,7 @@ impl Copies {
 
     /// The first position from a point towards another one, each time by half, that no vertex has. Two holes at one
     /// place would have the same new vertex, and so the same new faces.
-    fn free_position(&mut self, mut point: DVec3, towards: DVec3) -> DVec3 {
+    fn free_position(&self, mut point: DVec3, towards: DVec3) -> DVec3 {
         // Halving ends at the other point.
         for _ in 0..64 {
             let key = position_key(point);
@@ -307,7 +279,6 @@ impl Copies {
             }
             point = point.midpoint(towards);
         }
-        self.added.insert(position_key(point));
         point
     }
 
@@ -345,6 +316,17 @@ struct Outline {
     normals: Vec<DVec3>,
     /// Pairs of places at one position or joined by an edge of the mesh, smaller first, ascending.
     joined: Vec<[u32; 2]>,
+    /// A triangle of this height has no area: the height is a rounding error of the coordinates.
+    resolution: f64,
+}
+
+/// The triangles that close a loop.
+struct Plan {
+    method: FillMethod,
+    /// The vertices in the order in which triangles cut them off.
+    tips: Vec<u32>,
+    /// If vertices are left then, their mean.
+    left: Option<DVec3>,
 }
 
 impl Outline {
@@ -372,7 +354,88 @@ impl Outline {
         }
         joined.sort_unstable();
         let points = offsets.map(|p| p / scale).collect();
-        Self { origin, scale, points, normals: sides.iter().map(normal).collect(), joined }
+        let largest = vertices.iter().map(|&v| mesh.position(v).abs().max_element());
+        let resolution = 64.0 * f64::EPSILON * (largest.fold(0.0, f64::max) / scale);
+        let normals = sides.iter().map(normal).collect();
+        Self { origin, scale, points, normals, joined, resolution }
+    }
+
+    /// The triangles by the best method that finds some.
+    fn plan(&self, optimal_edges: usize) -> Plan {
+        let whole = |method| move |tips| Plan { method, tips, left: None };
+        self.best_triangles(optimal_edges)
+            .map(whole(FillMethod::Optimal))
+            .or_else(|| self.polygon().map(whole(FillMethod::Polygon)))
+            .unwrap_or_else(|| self.shortest_first())
+    }
+
+    /// Repeatedly cuts off the vertex whose neighbours are closest to each other, until the loop is closed or
+    /// all needed edges exist.
+    fn shortest_first(&self) -> Plan {
+        let mut order = RingOrder::new(self.points.len());
+        let mut tips = Vec::with_capacity(self.points.len());
+        // The bits of non-negative lengths have the same order as the lengths.
+        let candidate = |order: &RingOrder, tip: u32| {
+            let [before, after] = order.neighbours(tip);
+            let length = self.points[before as usize].distance(self.points[after as usize]);
+            Reverse((length.to_bits(), tip, [before, after]))
+        };
+        let mut queue: BinaryHeap<_> = order.places().map(|tip| candidate(&order, tip)).collect();
+        let mut is_cut = vec![false; self.points.len()];
+        while let Some(Reverse((_, tip, around))) = queue.pop() {
+            let is_current = !is_cut[tip as usize] && order.neighbours(tip) == around;
+            if !is_current || (order.left() > 3 && self.is_edge(around)) {
+                continue;
+            }
+            tips.push(tip);
+            order.cut(tip);
+            is_cut[tip as usize] = true;
+            if order.left() == 0 {
+                break;
+            }
+            queue.extend(around.map(|neighbour| candidate(&order, neighbour)));
+        }
+        let left = (order.left() > 0).then(|| {
+            let share = 1.0 / order.left() as f64;
+            order.places().map(|i| self.position(i) * share).sum()
+        });
+        Plan { method: FillMethod::ShortestEdge, tips, left }
+    }
+
+    /// Whether all triangles have an area, and none is folded back on a neighbour.
+    fn is_sound(&self, tips: &[u32], centre: Option<DVec3>) -> bool {
+        let at = |place: u32| self.points[place as usize];
+        let mut order = RingOrder::new(self.points.len());
+        // The normal beyond the side from each remaining vertex to the next.
+        let mut beyond = self.normals.clone();
+        for &tip in tips {
+            let [before, after] = order.neighbours(tip);
+            let normal = self.normal([at(before), at(tip), at(after)]);
+            let closes = (order.left() == 3).then_some(after);
+            let mut sides = [before, tip].into_iter().chain(closes);
+            if sides.any(|side| bend(normal, beyond[side as usize]) >= FOLD) {
+                return false;
+            }
+            beyond[before as usize] = normal;
+            order.cut(tip);
+        }
+        let Some(centre) = centre else { return true };
+        let centre = (centre - self.origin) / self.scale;
+        let normal = |place: u32| self.normal([at(place), at(order.neighbours(place)[1]), centre]);
+        order.places().all(|place| {
+            let (normal, next) = (normal(place), normal(order.neighbours(place)[1]));
+            bend(normal, beyond[place as usize]).max(bend(normal, next)) < FOLD
+        })
+    }
+
+    /// The unit normal of a triangle; zero if it has no area.
+    fn normal(&self, [a, b, c]: [DVec3; 3]) -> DVec3 {
+        let cross = (b - a).cross(c - a);
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        if cross.length_squared() <= self.resolution * self.resolution * longest {
+            return DVec3::ZERO;
+        }
+        cross.normalize_or_zero()
     }
 
     fn position(&self, place: u32) -> DVec3 {
@@ -443,7 +506,7 @@ impl Outline {
         beyond: Option<DVec3>,
     ) -> Part {
         let [a, b, c] = [i, m, j].map(|place| self.points[place]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let normal = self.normal([a, b, c]);
         let sharpest = [Some(before.normal), Some(after.normal), beyond]
             .into_iter()
             .flatten()
@@ -472,6 +535,9 @@ impl Part {
         self.bend.total_cmp(&other.bend).then(self.length.total_cmp(&other.length))
     }
 }
+
+/// The bend from which on a face counts as folded back: ten degrees from it.
+const FOLD: f64 = 1.985;
 
 /// How sharp the bend between two unit normals is: one minus its cosine, from 0 to 2, in steps of 1/1024 (2.5 degrees
 /// from flat), so that it does not decide between triangles that are all flat. A triangle without a normal counts as a

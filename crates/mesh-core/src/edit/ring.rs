@@ -9,6 +9,18 @@ use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 pub(crate) struct Ring {
     /// From each remaining vertex, the half-edge to the next one; indexed by place in the loop.
     sides: Vec<HalfEdgeId>,
+    order: RingOrder,
+}
+
+impl Ring {
+    /// The ring of a boundary loop of at least three half-edges.
+    pub(crate) fn new(sides: Vec<HalfEdgeId>) -> Self {
+        Self { order: RingOrder::new(sides.len()), sides }
+    }
+}
+
+/// The vertices that remain of a loop, by place in the loop.
+pub(crate) struct RingOrder {
     previous: Vec<u32>,
     next: Vec<u32>,
     left: usize,
@@ -16,15 +28,14 @@ pub(crate) struct Ring {
     first: u32,
 }
 
-impl Ring {
-    /// The ring of a boundary loop of at least three half-edges.
-    pub(crate) fn new(sides: Vec<HalfEdgeId>) -> Self {
-        let n = as_u32(sides.len());
+impl RingOrder {
+    /// A loop of at least three vertices.
+    pub(crate) fn new(vertices: usize) -> Self {
+        let n = as_u32(vertices);
         Self {
             previous: (0..n).map(|i| if i == 0 { n - 1 } else { i - 1 }).collect(),
             next: (0..n).map(|i| if i + 1 == n { 0 } else { i + 1 }).collect(),
-            left: sides.len(),
-            sides,
+            left: vertices,
             first: 0,
         }
     }
@@ -45,7 +56,12 @@ impl Ring {
         [self.previous[place as usize], self.next[place as usize]]
     }
 
-    fn cut(&mut self, place: u32) {
+    /// Removes a vertex; of three, all.
+    pub(crate) fn cut(&mut self, place: u32) {
+        if self.left == 3 {
+            self.left = 0;
+            return;
+        }
         let [before, after] = self.neighbours(place);
         self.next[before as usize] = after;
         self.previous[after as usize] = before;
@@ -64,15 +80,16 @@ impl Topology {
     /// and there must be [room](Self::check_ring).
     pub(crate) fn cut_off(&mut self, ring: &mut Ring, place: u32) -> FaceId {
         self.revision.advance();
-        let [before, after] = ring.neighbours(place);
+        let [before, after] = ring.order.neighbours(place);
         let [first, second] = [before, place].map(|i| ring.sides[i as usize]);
-        if ring.left == 3 {
-            ring.left = 0;
-            return self.push_circuit([first, second, ring.sides[after as usize]]);
-        }
-        let third = self.push_edge(self.target(second), self.origin(first));
-        ring.sides[before as usize] = third.twin();
-        ring.cut(place);
+        let third = if ring.order.left() == 3 {
+            ring.sides[after as usize]
+        } else {
+            let third = self.push_edge(self.target(second), self.origin(first));
+            ring.sides[before as usize] = third.twin();
+            third
+        };
+        ring.order.cut(place);
         self.push_circuit([first, second, third])
     }
 
@@ -80,7 +97,7 @@ impl Topology {
     pub(crate) fn close_with_fan(&mut self, ring: &mut Ring) -> (VertexId, Vec<FaceId>) {
         self.revision.advance();
         let centre = self.push_vertex();
-        let sides: Vec<HalfEdgeId> = ring.places().map(|i| ring.sides[i as usize]).collect();
+        let sides: Vec<HalfEdgeId> = ring.order.places().map(|i| ring.sides[i as usize]).collect();
         let spokes: Vec<HalfEdgeId> =
             sides.iter().map(|&side| self.push_edge(centre, self.origin(side))).collect();
         let faces = (0..sides.len())
@@ -90,7 +107,7 @@ impl Topology {
             })
             .collect();
         self.vertex_half_edge[centre.index()] = spokes.first().copied();
-        ring.left = 0;
+        ring.order.left = 0;
         (centre, faces)
     }
 }
