@@ -5,10 +5,6 @@ use glam::DVec3;
 /// The smallest cosine between the normals of a face before and after an edit.
 const MIN_COSINE: f64 = 0.5;
 
-/// The smallest cosine between the normals of a face and of its part after a split. At corners and creases the point to
-/// be reached is far beside the plane of the face.
-const MIN_COSINE_OF_PART: f64 = 0.2;
-
 /// The smallest height of a new face relative to its longest side. Reports call a face a sliver below half of this,
 /// which leaves room for the rounding of coordinates in files.
 const MIN_HEIGHT: f64 = 2e-3;
@@ -16,11 +12,6 @@ const MIN_HEIGHT: f64 = 2e-3;
 /// Whether a face with the vector area `new` is turned by less than sixty degrees from `old`.
 pub(crate) fn keeps_side(new: DVec3, old: DVec3) -> bool {
     new.dot(old) > MIN_COSINE * new.length() * old.length()
-}
-
-/// Whether a part of a split face with the vector area `part` is turned by less than 78 degrees from the face.
-pub(crate) fn part_keeps_side(part: DVec3, face: DVec3) -> bool {
-    part.dot(face) > MIN_COSINE_OF_PART * part.length() * face.length()
 }
 
 /// Whether none of the new faces is a sliver, or the slivers among them are neither more nor flatter than those among

@@ -14,7 +14,7 @@ use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
 use crate::observer::Observer;
 use crate::texture_folds::{Texture, TextureCheck, fit_unfolded};
-use crate::unfold::unfold;
+use crate::unfold::{UnfoldOptions, unfold};
 use mesh_collapse::{Boundary, FaceLimits, Level, Protect, Protected};
 
 /// A level and the refinement that it has had.
@@ -78,13 +78,8 @@ pub struct Steps {
     pub anneal: Option<AnnealOptions>,
     /// How to reduce the largest error; `None` to skip that.
     pub max_error: Option<MaxErrorOptions>,
-}
-
-impl Steps {
-    /// Whether there is any stage.
-    fn is_any(&self) -> bool {
-        self.fit.is_some() || self.anneal.is_some() || self.max_error.is_some()
-    }
+    /// How to turn back faces that are turned over; `None` to leave them.
+    pub unfold: Option<UnfoldOptions>,
 }
 
 /// The refinement of levels of a mesh.
@@ -127,8 +122,8 @@ impl<'a> Pipeline<'a> {
         (Refined::untouched(level.mesh, constraints), level.vertex_map)
     }
 
-    /// Fits, anneals and reduces the largest errors, if these stages are enabled and the observer does not stop them. After
-    /// any of them, faces that are turned over are turned back.
+    /// Fits, anneals, reduces the largest errors and turns back faces that are turned over, if these stages are enabled and
+    /// the observer does not stop them.
     /// Also returns the vertex of the level for each vertex of the original.
     pub fn finish(
         &self,
@@ -190,20 +185,26 @@ impl<'a> Pipeline<'a> {
             }
         }
         done.constraints = constraints;
-        if self.steps.is_any() {
-            self.unfold(&mut done, texture.as_ref());
+        if let Some(options) = &self.steps.unfold {
+            self.unfold(&mut done, options, texture.as_ref());
         }
         Ok((done, vertex_map))
     }
 
     /// Turns back the faces that are turned over, unless more faces are folded in the texture then.
-    fn unfold(&self, done: &mut Refined, texture: Option<&TextureCheck<'_>>) {
-        let forbid = self.steps.max_error.is_some_and(|options| options.forbid_intersections)
-            || self.steps.fit.is_some_and(|options| options.forbid_intersections);
+    fn unfold(
+        &self,
+        done: &mut Refined,
+        options: &UnfoldOptions,
+        texture: Option<&TextureCheck<'_>>,
+    ) {
+        let Some(check) = texture else {
+            unfold(&mut done.mesh, self.original, &done.constraints, options);
+            return;
+        };
         let mut next = done.mesh.clone();
-        let [before, after] = unfold(&mut next, self.original, &done.constraints, forbid);
-        let map = done.vertex_map.as_ref();
-        let folds = |mesh: &TriMesh| texture.map_or(0, |check| check.folded_after(mesh, map));
+        let [before, after] = unfold(&mut next, self.original, &done.constraints, options);
+        let folds = |mesh: &TriMesh| check.folded_after(mesh, done.vertex_map.as_ref());
         if after < before && folds(&next) <= folds(&done.mesh) {
             done.mesh = next;
         }

@@ -2,12 +2,13 @@
 //!
 //! Every step keeps faces from turning too far at once, but a chain of small turns can turn a face over. Such a face is
 //! found by the normals of the original around it. It is turned back by the flip of one of its edges, or by a move of
-//! one of its vertices to the middle of the neighbours, whichever leaves the fewest such faces.
+//! one of its vertices to the original or towards the middle of the neighbours, whichever leaves the fewest such faces
+//! and of these the closest to the original. No repair takes a point farther from the original than the farthest was.
 
 use glam::DVec3;
 use mesh_collapse::NewIntersections;
 use mesh_core::edit::LegalFlip;
-use mesh_core::{EdgeId, FaceId, HalfEdgeId, TriMesh, VertexId};
+use mesh_core::{EdgeId, FaceId, HalfEdgeId, TriMesh, VertexId, parallel};
 use mesh_metric::Surface;
 
 use crate::block_loop::values_in_turn;
@@ -15,6 +16,14 @@ use crate::face_quality::keeps_height;
 use crate::fit::constraints::FitConstraints;
 use crate::fit::flips::flip_crosses;
 use crate::fit::moves::cross;
+
+/// Options of [`unfold`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct UnfoldOptions {
+    /// Whether faces must not intersect if they did not before.
+    pub forbid_intersections: bool,
+}
 
 /// The largest number of passes over the faces that are turned over.
 const PASSES: usize = 4;
@@ -25,8 +34,11 @@ const TURNED: f64 = -0.1;
 /// The number of faces in a block for one thread.
 const BLOCK: usize = 1024;
 
-/// A repair may take a point at most so many times as far from the original as the farthest point was before.
-const FARTHER: f64 = 2.0;
+/// Distances below this share of the diagonal of the original are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// How far a vertex moves towards the middle of its neighbours before it moves to the closest point of the original.
+const TOWARDS_MIDDLE: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Turns back the faces that are turned over against the original, where a flip or a move can do that. Returns the
 /// numbers of these faces before and after.
@@ -34,23 +46,20 @@ pub fn unfold(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &FitConstraints,
-    forbid_intersections: bool,
+    options: &UnfoldOptions,
 ) -> [usize; 2] {
-    let mut turned = turned_faces(mesh, original);
-    let before = turned.len();
-    if before == 0 {
+    if turned_faces(mesh, original, 0.0).is_empty() {
         return [0; 2];
     }
-    let mut found = forbid_intersections.then(|| NewIntersections::new(mesh));
+    let farthest = farthest_point(mesh, original);
+    let mut turned = turned_faces(mesh, original, farthest);
+    let before = turned.len();
+    let found = options.forbid_intersections.then(|| NewIntersections::new(mesh));
+    let mut repair = Repair { mesh, original, constraints, found, farthest };
     for _ in 0..PASSES {
         let count = turned.len();
-        for face in turned {
-            if is_turned(original, mesh.triangle(face)) {
-                let mut repair = Repair { mesh, original, constraints, found: &mut found };
-                repair.turn_back(face);
-            }
-        }
-        turned = turned_faces(mesh, original);
+        turned.into_iter().for_each(|face| repair.turn_back(face));
+        turned = turned_faces(repair.mesh, original, farthest);
         if turned.is_empty() || turned.len() >= count {
             break;
         }
@@ -58,42 +67,35 @@ pub fn unfold(
     [before, turned.len()]
 }
 
-/// All faces that are turned over. Only faces at a sharp edge are asked in detail: a face close to the other side of a
-/// thin wall is no fold.
-fn turned_faces(mesh: &TriMesh, original: &Surface) -> Vec<FaceId> {
-    let faces: Vec<FaceId> = mesh.topology().faces().collect();
-    let is_turned = values_in_turn(faces.len(), BLOCK, |range| {
-        let faces = &faces[range];
-        let centres: Vec<DVec3> = faces.iter().map(|&face| mesh.face_centroid(face)).collect();
-        let closest = original.closest_to_neighbours(&centres).into_iter();
-        let is_turned = |(&face, triangle): (&FaceId, u32)| {
-            is_opposite(original, triangle, mesh.face_cross(face))
-                && is_at_fold(mesh, face)
-                && is_turned(original, mesh.triangle(face))
-        };
-        faces.iter().zip(closest.map(|closest| closest.triangle)).map(is_turned).collect()
+/// All faces that are turned over. Only faces at a sharp edge are asked in detail: other faces that are close to the
+/// other side of a thin wall are no folds.
+fn turned_faces(mesh: &TriMesh, original: &Surface, farthest: f64) -> Vec<FaceId> {
+    let mut crosses = mesh.topology().face_map(DVec3::ZERO);
+    mesh.topology().faces().for_each(|face| crosses[face] = mesh.face_cross(face));
+    let is_at_fold = |&face: &FaceId| {
+        let topology = mesh.topology();
+        let neighbours = topology.face_half_edges(face).map(|h| topology.face(h.twin()));
+        neighbours.into_iter().flatten().any(|other| crosses[other].dot(crosses[face]) < 0.0)
+    };
+    let faces: Vec<FaceId> = mesh.topology().faces().filter(is_at_fold).collect();
+    let is_turned = parallel::collect(faces.len(), |index| {
+        is_turned(original, mesh.triangle(faces[index]), farthest)
     });
     faces.into_iter().zip(is_turned).filter(|&(_, turned)| turned).map(|(face, _)| face).collect()
 }
 
-/// Whether a neighbour of the face has an opposite normal.
-fn is_at_fold(mesh: &TriMesh, face: FaceId) -> bool {
-    let (topology, normal) = (mesh.topology(), mesh.face_cross(face));
-    let neighbours = topology.face_half_edges(face).map(|h| topology.face(h.twin()));
-    neighbours.into_iter().flatten().any(|other| mesh.face_cross(other).dot(normal) < 0.0)
-}
-
-fn is_opposite(original: &Surface, triangle: u32, normal: DVec3) -> bool {
-    let surface = cross(original.triangle(triangle as usize));
-    surface.dot(normal) < TURNED * surface.length() * normal.length()
-}
-
-/// Whether the normal of the original is opposite at points all over the triangle.
-fn is_turned(original: &Surface, triangle: [DVec3; 3]) -> bool {
-    let normal = cross(triangle);
-    points(triangle)
-        .into_iter()
-        .all(|point| is_opposite(original, original.closest(point).triangle, normal))
+/// Whether the normal of the original is opposite at points all over the triangle, and agrees nowhere twice `farthest`
+/// above and below them: otherwise the triangle may stand for the other side of a thin wall.
+fn is_turned(original: &Surface, triangle: [DVec3; 3], farthest: f64) -> bool {
+    let normal = cross(triangle).normalize_or_zero();
+    let agreement = |point: DVec3| {
+        let surface = cross(original.triangle(original.closest(point).triangle as usize));
+        surface.normalize_or_zero().dot(normal)
+    };
+    let reach = 2.0 * farthest * normal;
+    let agrees = |point: DVec3| farthest > 0.0 && agreement(point) > -TURNED;
+    let mut points = points(triangle).into_iter();
+    points.all(|p| agreement(p) < TURNED && !agrees(p + reach) && !agrees(p - reach))
 }
 
 /// The centroid, and points between it and the corners.
@@ -102,9 +104,21 @@ fn points([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
     [a + ((b - a) + (c - a)) / 3.0, near(a, b, c), near(b, c, a), near(c, a, b)]
 }
 
+/// The largest distance of points of the faces from the original, if it is more than rounding.
+fn farthest_point(mesh: &TriMesh, original: &Surface) -> f64 {
+    let faces: Vec<FaceId> = mesh.topology().faces().collect();
+    let distances = values_in_turn(faces.len(), BLOCK, |range| {
+        let points = |&face: &FaceId| points(mesh.triangle(face));
+        let points: Vec<DVec3> = faces[range].iter().flat_map(points).collect();
+        let closest = original.closest_to_neighbours(&points);
+        points.iter().zip(closest).map(|(point, closest)| point.distance(closest.point)).collect()
+    });
+    distances.into_iter().fold(ROUNDING * original.bounding_box().diagonal(), f64::max)
+}
+
 /// The number of faces that are turned over, and the largest distance of their points from the original.
-fn state(original: &Surface, faces: &[[DVec3; 3]]) -> (usize, f64) {
-    let turned = faces.iter().filter(|&&face| is_turned(original, face)).count();
+fn state(original: &Surface, faces: &[[DVec3; 3]], farthest: f64) -> (usize, f64) {
+    let turned = faces.iter().filter(|&&face| is_turned(original, face, farthest)).count();
     let points = faces.iter().flat_map(|&face| points(face));
     (turned, points.map(|point| original.distance(point)).fold(0.0, f64::max))
 }
@@ -115,43 +129,51 @@ enum Change {
     Move(VertexId, DVec3),
 }
 
+/// The number of faces that a change turns over, negative if it turns faces back, and the largest distance of the changed
+/// faces from the original after it.
+type Effect = (isize, f64);
+
 struct Repair<'a> {
     mesh: &'a mut TriMesh,
     original: &'a Surface,
     constraints: &'a FitConstraints,
-    found: &'a mut Option<NewIntersections>,
+    found: Option<NewIntersections>,
+    /// No point of a changed face may be farther from the original.
+    farthest: f64,
 }
 
 impl Repair<'_> {
-    /// Makes the change that leaves the fewest faces turned over around a face, if it is fewer than now.
+    /// If a face is turned over, makes the change that turns the most faces back, if there is one.
     fn turn_back(&mut self, face: FaceId) {
+        if !is_turned(self.original, self.mesh.triangle(face), self.farthest) {
+            return;
+        }
         let topology = self.mesh.topology();
         let edges = topology.face_half_edges(face).map(HalfEdgeId::edge);
         let flips = edges.into_iter().filter_map(|edge| self.flip(edge));
-        let moves = topology.face_vertices(face).into_iter().filter_map(|v| self.moved(v));
-        let best = flips.chain(moves).min_by_key(|&(left, _)| left);
-        match best {
+        let moves = topology.face_vertices(face).into_iter().flat_map(|v| self.moves(v));
+        let better = |((a, far_a), _): &(Effect, Change), ((b, far_b), _): &(Effect, Change)| {
+            a.cmp(b).then(far_a.total_cmp(far_b))
+        };
+        let changed: Vec<FaceId> = match flips.chain(moves).min_by(better) {
             Some((_, Change::Flip(flip))) => {
                 let edge = flip.edge();
                 self.mesh.flip(flip);
-                let faces = self.mesh.topology().edge_faces(edge).into_iter().flatten();
-                if let Some(found) = &mut self.found {
-                    found.update(self.mesh, faces);
-                }
+                self.mesh.topology().edge_faces(edge).into_iter().flatten().collect()
             }
             Some((_, Change::Move(v, to))) => {
                 self.mesh.positions_mut()[v.index()] = to;
-                let faces = self.mesh.topology().faces_of_vertex(v);
-                if let Some(found) = &mut self.found {
-                    found.update(self.mesh, faces);
-                }
+                self.mesh.topology().faces_of_vertex(v).collect()
             }
-            None => {}
+            None => return,
+        };
+        if let Some(found) = &mut self.found {
+            found.update(self.mesh, changed);
         }
     }
 
-    /// The flip of an edge, if it is allowed, and how many more faces it turns over: always fewer than none.
-    fn flip(&self, edge: EdgeId) -> Option<(isize, Change)> {
+    /// The flip of an edge, if it is allowed and turns faces back.
+    fn flip(&self, edge: EdgeId) -> Option<(Effect, Change)> {
         let topology = self.mesh.topology();
         if self.constraints.is_held(edge) || !self.constraints.limits.allow_flip(self.mesh, edge) {
             return None;
@@ -159,48 +181,48 @@ impl Repair<'_> {
         let flip = topology.check_flip(edge).ok()?;
         let [a, b, c, d] = flip.quad().map(|v| self.mesh.position(v));
         let (old, new) = ([[a, b, c], [b, a, d]], [[c, a, d], [d, b, c]]);
-        let gain = self.gain(&old, &new)?;
         if !keeps_height(new, old) {
             return None;
         }
+        let effect = self.effect(&old, &new)?;
         if self.found.as_ref().is_some_and(|found| flip_crosses(self.mesh, found, &flip)) {
             return None;
         }
-        Some((gain, Change::Flip(flip)))
+        Some((effect, Change::Flip(flip)))
     }
 
-    /// The move of a vertex to the middle of its neighbours on the original, if it is allowed; else as [`Self::flip`].
-    fn moved(&self, v: VertexId) -> Option<(isize, Change)> {
+    /// The moves of a vertex that are allowed and turn faces back.
+    fn moves(&self, v: VertexId) -> Vec<(Effect, Change)> {
         let topology = self.mesh.topology();
         let is_on_line = topology.edges_of_vertex(v).any(|e| self.constraints.is_held(e));
         if topology.is_boundary_vertex(v) || is_on_line || self.constraints.is_fixed(topology, v) {
-            return None;
+            return Vec::new();
         }
-        let ring: Vec<DVec3> = topology.one_ring(v).map(|w| self.mesh.position(w)).collect();
         let from = self.mesh.position(v);
-        let mean = from + ring.iter().map(|&p| p - from).sum::<DVec3>() / ring.len() as f64;
-        let to = self.original.closest(mean).point;
-        if !self.constraints.limits.allow_move(self.mesh, v, to) {
-            return None;
-        }
+        let offsets = topology.one_ring(v).map(|w| self.mesh.position(w) - from);
+        let to_middle = offsets.sum::<DVec3>() / topology.valence(v) as f64;
         let faces: Vec<FaceId> = topology.faces_of_vertex(v).collect();
         let old: Vec<[DVec3; 3]> = faces.iter().map(|&face| self.mesh.triangle(face)).collect();
-        let at = |w: VertexId| if w == v { to } else { self.mesh.position(w) };
-        let new: Vec<[DVec3; 3]> =
-            faces.iter().map(|&face| topology.face_vertices(face).map(at)).collect();
-        let gain = self.gain(&old, &new)?;
-        let keeps_heights = || old.iter().zip(&new).all(|(&old, &new)| keeps_height([new], [old]));
-        let crosses =
-            || self.found.as_ref().is_some_and(|found| found.would_arise_at(self.mesh, v, to));
-        (keeps_heights() && !crosses()).then_some((gain, Change::Move(v, to)))
+        let moved = |part: f64| {
+            let to = self.original.closest(from + part * to_middle).point;
+            let at = |w: VertexId| if w == v { to } else { self.mesh.position(w) };
+            let new: Vec<[DVec3; 3]> =
+                faces.iter().map(|&face| topology.face_vertices(face).map(at)).collect();
+            let crosses =
+                || self.found.as_ref().is_some_and(|found| found.would_arise_at(self.mesh, v, to));
+            let is_allowed = self.constraints.limits.allow_move(self.mesh, v, to)
+                && old.iter().zip(&new).all(|(&old, &new)| keeps_height([new], [old]));
+            let effect = if is_allowed { self.effect(&old, &new) } else { None }?;
+            (!crosses()).then_some((effect, Change::Move(v, to)))
+        };
+        TOWARDS_MIDDLE.into_iter().filter_map(moved).collect()
     }
 
-    /// How many more faces are turned over after a change, if it is fewer than none and the faces stay close to the
-    /// original.
-    fn gain(&self, old: &[[DVec3; 3]], new: &[[DVec3; 3]]) -> Option<isize> {
-        let ((before, near), (after, far)) = (state(self.original, old), state(self.original, new));
-        let gain = after as isize - before as isize;
-        (gain < 0 && far <= FARTHER * near).then_some(gain)
+    /// The effect of a change of faces, if it turns faces back and takes none too far from the original.
+    fn effect(&self, old: &[[DVec3; 3]], new: &[[DVec3; 3]]) -> Option<Effect> {
+        let state = |faces| state(self.original, faces, self.farthest);
+        let ((before, _), (after, far)) = (state(old), state(new));
+        (after < before && far <= self.farthest).then_some((after as isize - before as isize, far))
     }
 }
 
@@ -224,7 +246,8 @@ mod tests {
             let to = mesh.topology().one_ring(v).next().map(|w| mesh.position(w)).unwrap();
             let from = mesh.position(v);
             mesh.positions_mut()[v.index()] = from + 1.3 * (to - from);
-            let [before, after] = unfold(&mut mesh, &original, &FitConstraints::default(), false);
+            let [before, after] =
+                unfold(&mut mesh, &original, &FitConstraints::default(), &UnfoldOptions::default());
             assert!(before > 0 && after == 0, "{v:?}: {before} {after}");
             assert!(mesh.topology().faces().all(|face| mesh.face_cross(face).z > 0.0));
         }
@@ -235,7 +258,7 @@ mod tests {
         // One side further out, so that it is closest to the other one.
         slab.positions_mut().iter_mut().for_each(|p| p.z += 2e-3);
         let moved = slab.clone();
-        unfold(&mut slab, &surface, &FitConstraints::default(), false);
+        unfold(&mut slab, &surface, &FitConstraints::default(), &UnfoldOptions::default());
         assert_eq!(slab.positions(), moved.positions());
         assert_eq!(slab.topology().face_count(), before.topology().face_count());
     }

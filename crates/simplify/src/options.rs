@@ -3,7 +3,9 @@
 use core::str::FromStr;
 
 use mesh_collapse::{FaceLimits, Protect, Schedule, Target};
-use mesh_refine::{AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions, Steps};
+use mesh_refine::{
+    AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions, Steps, UnfoldOptions,
+};
 
 use crate::error::SimplifyError;
 use crate::tolerance::measure::ErrorCheck;
@@ -274,6 +276,7 @@ impl RefineOptions {
                 fit: FitOptions { seed: reduce.fit.seed, ..fitted(reduce.fit) },
                 ..reduce
             }),
+            unfold: Some(UnfoldOptions { forbid_intersections: protect.forbid_intersections }),
         }
     }
 }

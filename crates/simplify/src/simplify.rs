@@ -190,7 +190,7 @@ impl AfterCollapses<'_> {
     ) -> Result<Simplified, SimplifyError> {
         let Self { mesh, options, .. } = *self;
         let is_changed = !observer.is_stopped() && run.collapses > 0;
-        let is_refined = is_changed && options.refine.is_any();
+        let is_refined = is_changed && (options.refine.is_any() || self.may_fold());
         let has_faces = mesh.topology().face_count() > 0;
         let mut error = None;
         let (refined, vertex_map) =
@@ -300,6 +300,12 @@ impl AfterCollapses<'_> {
 
     fn face_target(&self) -> usize {
         self.options.target.face_target(self.mesh.topology().face_count())
+    }
+
+    /// Whether the collapses avoid folds but may make some by a chain of turns: the butterfly point leaves the surface.
+    fn may_fold(&self) -> bool {
+        self.options.placement == PlacementRule::Butterfly
+            && self.options.protect.min_cosine.is_some()
     }
 
     /// The stages of the refinement; at least the wanted faces are left, or one fewer.
