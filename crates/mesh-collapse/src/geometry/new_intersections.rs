@@ -110,6 +110,18 @@ impl NewIntersections {
         self.would_arise(mesh, &changed, &[])
     }
 
+    /// The faces that cross others; the structure must be up to date.
+    pub fn crossing(&self, mesh: &TriMesh) -> Vec<FaceId> {
+        let topology = mesh.topology();
+        let now = |f: FaceId| (topology.face_vertices(f), mesh.triangle(f));
+        let crosses = |&face: &FaceId| {
+            let this = now(face);
+            let meets = |other| other != face && self.cross(this, now(other));
+            self.tree.find_crossing(mesh, &TriangleBounds::new(this), meets).is_some()
+        };
+        topology.faces().filter(crosses).collect()
+    }
+
     /// Updates the structure after a collapse.
     pub fn collapsed(&mut self, mesh: &TriMesh, removed: VertexId, kept: VertexId) {
         if let Some(contacts) = &mut self.contacts {
