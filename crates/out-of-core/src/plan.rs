@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use simplify::blocks::{CostThreshold, Forecast};
 
 use crate::capacity::Capacity;
+use crate::split::DEEPEST;
 
 /// The plan of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -193,8 +194,18 @@ impl Situation<'_> {
         }
     }
 
+    /// The share of the faces that a pass leaves to come close to `aim`. Seams hold some faces. If the others had to
+    /// make up for them, they would be collapsed at any cost, so a pass leaves one in [`PASS`] of the others as well.
     fn share(&self, aim: u64) -> f64 {
-        aim as f64 / self.faces as f64
+        let of_all = |count: fn(&Forecast) -> u64| self.forecasts.iter().map(count).sum::<u64>();
+        let (faces, gone) = (of_all(Forecast::face_count), of_all(Forecast::gone_count));
+        let asked = aim as f64 / self.faces as f64;
+        if faces == 0 {
+            return asked;
+        }
+        // Forecasts end at a share of the faces that is less than a pass leaves.
+        let most = (1.0 - 1.0 / PASS as f64) / (1.0 - DEEPEST);
+        asked.max(1.0 - most * gone as f64 / faces as f64)
     }
 
     fn told(&self) -> Vec<&Forecast> {
@@ -215,6 +226,8 @@ pub(crate) fn has_seam_strips<'p>(mut below: impl Iterator<Item = &'p Plan>) -> 
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic)]
+
     use super::*;
 
     /// A sequence of levels in which every pass leaves its intended number of faces plus a `rim` of faces.
@@ -278,6 +291,29 @@ mod tests {
             // The rest has at least as many faces as the results made from it.
             assert!(!is_whole || left.all(|&target| target <= last.faces), "{targets:?} {plans:?}");
         }
+    }
+
+    #[test]
+    fn held_faces_do_not_cost_the_others_everything() {
+        // Of the 1000 faces of a region, 400 are held, and the last 50 collapses destroy the shape.
+        let region = r#"{"faces":1000,"gone":[[3,300],[9,250],[400,50]]}"#;
+        let forecasts = vec![serde_json::from_str::<Forecast>(region).unwrap(); 4];
+        let situation = Situation {
+            level: 1,
+            cells: 4,
+            faces: 4000,
+            forecasts: &forecasts,
+            before: None,
+            has_seam_strips: false,
+            targets: &[500],
+            capacity: Capacity { region_faces: 1000, in_memory_faces: 1200, stream: 0 },
+        };
+        // The aim needs more faces than there are in all regions together.
+        let Next::Pass { cost_threshold, aim, .. } = situation.plan().next else { panic!() };
+        assert!(4000 - aim > 4 * 600);
+        let at_nine = CostThreshold::leaving(0.5, &[&forecasts[0]]);
+        assert_eq!(cost_threshold, at_nine);
+        assert!(at_nine < CostThreshold::leaving(0.41, &[&forecasts[0]]));
     }
 
     #[test]

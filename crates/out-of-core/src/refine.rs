@@ -16,7 +16,7 @@ use mesh_core::{
 use mesh_metric::Surface;
 use simplify::{
     FitConstraints, FitOptions, MaxErrorOptions, Options, SimplifyError, Steps, anneal, fit,
-    reduce_max_error,
+    reduce_max_error, unfold,
 };
 
 use crate::cells::Cells;
@@ -159,7 +159,7 @@ impl Refinement<'_> {
 /// The options without operations that change edges.
 pub(crate) fn only_moves(options: &Steps) -> Steps {
     let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
-    Steps { fit, anneal: None, max_error: None }
+    Steps { fit, ..Steps::default() }
 }
 
 /// The piece of each face: the cell of its centroid after a rotation.
@@ -353,6 +353,9 @@ impl Piece {
             let report = reduce_max_error(&mut self.mesh, original, &mut constraints, &options)
                 .map_err(SimplifyError::from)?;
             self.follow(&report.vertex_map);
+        }
+        if let Some(options) = &options.unfold {
+            unfold(&mut self.mesh, original, &constraints, options);
         }
         Ok(self)
     }

@@ -223,4 +223,4 @@ pub(crate) fn forecast(region: Region, rules: &Rules) -> Forecast {
 }
 
 /// The share of its faces to which a block is collapsed for a forecast.
-const DEEPEST: f64 = 0.1;
+pub(crate) const DEEPEST: f64 = 0.1;

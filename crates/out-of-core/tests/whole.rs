@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use std::f64::consts::{PI, TAU};
+
 use crate::common::{Done, bits, open_torus, settings, simplify, split, torus, write};
 use mesh_core::TriMesh;
 use mesh_metric::{CompareOptions, Surface, compare};
@@ -68,6 +70,47 @@ fn rims_do_not_show() {
     // Larger faces are more likely to lie across a plane.
     assert!(rim[0] > 0.9 * elsewhere[0] && rim[0] < 1.7 * elsewhere[0], "{rim:?} {elsewhere:?}");
     assert!(rim[1] < 1.25 * elsewhere[1], "{rim:?} {elsewhere:?}");
+}
+
+/// An ellipsoid by longitude and latitude, with needles at its poles.
+fn ellipsoid(round: u32, up: u32, height: f64) -> TriMesh {
+    let poles = [[0.0, 0.0, -height], [0.0, 0.0, height]];
+    let ring = |row: u32| {
+        let b = PI * (f64::from(row) / f64::from(up) - 0.5);
+        let at = move |column: u32| {
+            let a = TAU * f64::from(column) / f64::from(round);
+            [b.cos() * a.cos(), b.cos() * a.sin(), height * b.sin()]
+        };
+        (0..round).map(at)
+    };
+    let points: Vec<[f64; 3]> = poles.into_iter().chain((1..up).flat_map(ring)).collect();
+    let at = |column: u32, row: u32| 2 + (row - 1) * round + column % round;
+    let column = |c: u32| {
+        let walls = (1..up - 1).flat_map(move |row| {
+            let [a, b] = [at(c, row), at(c + 1, row)];
+            let [d, e] = [at(c, row + 1), at(c + 1, row + 1)];
+            [[a, b, e], [a, e, d]]
+        });
+        walls.chain([[0, at(c + 1, 1), at(c, 1)], [1, at(c, up - 1), at(c + 1, up - 1)]])
+    };
+    let faces: Vec<[u32; 3]> = (0..round).flat_map(column).collect();
+    TriMesh::from_triangles(&points, &faces).unwrap()
+}
+
+#[test]
+fn long_regions_are_neither_destroyed_nor_folded() {
+    let mesh = ellipsoid(240, 105, 2.3);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let given = settings(Preset::Default, 1000, 6700, 3000);
+    let done = simplify(&folder.path().join("work"), &input, &given).unwrap();
+    let whole = simplify::simplify(&mesh, &given.options).unwrap().mesh;
+    let [here, there] = [&done.mesh, &whole].map(|result| mean(&mesh, result));
+    assert!(here < 1.1 * there, "{here} in regions, {there} in memory");
+    for face in done.mesh.topology().faces() {
+        let outward = done.mesh.face_centroid(face).dot(done.mesh.face_cross(face));
+        assert!(outward > 0.0, "{face:?} at {:?}", done.mesh.triangle(face));
+    }
 }
 
 #[test]

@@ -91,6 +91,12 @@ impl Forecast {
         self.faces
     }
 
+    /// The number of faces that are removed at any cost. Vertices that are held keep the others.
+    #[must_use]
+    pub fn gone_count(&self) -> u64 {
+        self.gone.iter().map(|&(_, count)| u64::from(count)).sum()
+    }
+
     pub(super) fn add(&mut self, bucket: usize, faces: u32) {
         match self.gone.last_mut() {
             Some((last, count)) if *last == bucket => *count += faces,
