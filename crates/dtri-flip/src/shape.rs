@@ -29,8 +29,9 @@ pub enum ShapeConstraint {
     /// - if there are more reversed faces than before, or one that is turned further;
     /// - if there are more slivers than before, or one that is thinner.
     ///
-    /// A face is reversed if its normal makes more than a right angle with the normal that one of its
-    /// vertices has in the input mesh. So many flips with small turns cannot reverse a face.
+    /// A face is reversed if its normal makes a right angle or more with the normal that one of its
+    /// vertices has in the input mesh. So many flips with small turns can neither reverse a face nor set it
+    /// upright across the inside.
     /// A sliver is a triangle with a height below a thousandth of its longest side.
     ///
     /// In the plane the first rule rejects exactly the flips of quadrilaterals that are not convex, so the
@@ -77,6 +78,9 @@ impl FromStr for ShapeConstraint {
         found.ok_or_else(|| UnknownShapeConstraint(name.to_owned()))
     }
 }
+
+/// Angles that differ by less, in radians, are equal.
+const ROUNDING: f64 = 1e-6;
 
 /// A violated shape constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,8 +131,8 @@ impl ShapeCheck {
         mesh: &TriMesh,
         triangles: impl IntoIterator<Item = [VertexId; 3]>,
     ) -> Defects {
-        let mut found =
-            Defects { reversed: Excess::over(FRAC_PI_2), slivers: Excess::over(-SLIVER_HEIGHT) };
+        let reversed = Excess::over(FRAC_PI_2 - ROUNDING);
+        let mut found = Defects { reversed, slivers: Excess::over(-SLIVER_HEIGHT) };
         if self.is_limited() {
             for triangle in triangles {
                 found.reversed.add(self.turn_from_input(mesh, triangle));
@@ -139,11 +143,12 @@ impl ShapeCheck {
     }
 
     /// The largest angle between the normal of a triangle and the input normals of its vertices; 0 if
-    /// no angle is above a right angle.
+    /// all angles are below a right angle.
     fn turn_from_input(&self, mesh: &TriMesh, triangle: [VertexId; 3]) -> f64 {
         let normal = twice_vector_area(mesh, triangle);
         let input = triangle.map(|v| self.normals[v]);
-        if input.iter().all(|input| normal.dot(*input) > 0.0) {
+        let least = ROUNDING * normal.length();
+        if input.iter().all(|input| normal.dot(*input) > least) {
             return 0.0;
         }
         let turns = input.iter().filter(|&&input| input != DVec3::ZERO);
@@ -254,4 +259,31 @@ fn has_angle_below_pi(end: DVec3, other: DVec3, c: DVec3, d: DVec3) -> bool {
     let (edge, left, right) = (other - end, c - end, d - end);
     let sine = |side: DVec3| edge.cross(side).length();
     sine(left) * edge.dot(right) + sine(right) * edge.dot(left) > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_face_across_the_inside_of_a_beam_is_reversed() {
+        // Three square outlines along x; the normals of the middle one have no part along x.
+        let corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        let points: Vec<[i32; 3]> = (0..3).flat_map(|x| corners.map(|[y, z]| [x, y, z])).collect();
+        let at = |x: u32, corner: u32| 4 * x + corner % 4;
+        let wall = |x: u32, corner: u32| {
+            let [a, b] = [at(x, corner), at(x, corner + 1)];
+            let [c, d] = [at(x + 1, corner), at(x + 1, corner + 1)];
+            [[a, c, b], [b, c, d]]
+        };
+        let walls = (0..2).flat_map(|x| (0..4).flat_map(move |corner| wall(x, corner)));
+        let ends = [[0, 1, 2], [0, 2, 3], [8, 10, 9], [8, 11, 10]];
+        let faces: Vec<[u32; 3]> = walls.chain(ends).collect();
+        let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
+        let check = ShapeCheck::new(&mesh, ShapeConstraint::KeepShape);
+        let reversed =
+            |triangle: [u32; 3]| check.defects(&mesh, [triangle.map(VertexId::new)]).reversed.count;
+        assert!(faces.iter().all(|&face| reversed(face) == 0));
+        assert_eq!([reversed([4, 5, 6]), reversed([6, 5, 4])], [1, 1]);
+    }
 }
