@@ -17,8 +17,10 @@ use serde_json::Value;
 /// case.
 #[derive(Clone, Copy, Debug)]
 pub struct Promise {
-    /// No new faces without area, no new slivers, no new duplicates.
+    /// No new faces without area, no new duplicates.
     pub faces: bool,
+    /// No new slivers.
+    pub slivers: bool,
     /// No face turns over against the surface.
     pub unfolded: bool,
     /// What becomes of boundary, components and Euler characteristic.
@@ -54,6 +56,7 @@ impl Default for Promise {
     fn default() -> Self {
         Self {
             faces: true,
+            slivers: true,
             unfolded: true,
             topology: Topology::Fewer,
             no_crossings: false,
@@ -72,6 +75,7 @@ impl Promise {
     pub fn finite() -> Self {
         Self {
             faces: false,
+            slivers: false,
             unfolded: false,
             topology: Topology::Any,
             has_attributes: false,
@@ -84,8 +88,9 @@ impl Promise {
 struct Side {
     /// Whether its surface was cut apart where it is not a manifold.
     is_cut: bool,
-    /// Whether its vertices were welded. A weld joins again what a command has cut apart, and maybe in another way.
-    is_welded: bool,
+    /// Whether its vertices were welded, or faces reversed then. A weld joins again what a command has cut apart, and
+    /// maybe in another way.
+    is_joined: bool,
     mesh: TriMesh,
     defects: Diagnosis,
 }
@@ -94,8 +99,8 @@ impl Side {
     fn new(Built { mesh, report, .. }: Built) -> Result<Self, String> {
         let defects = diagnose(&mesh.to_soup()).map_err(|error| error.to_string())?;
         let is_cut = report.cut_edges.count() + report.split_vertices.count() > 0;
-        let is_welded = report.welded_vertices.count() > 0;
-        Ok(Self { is_cut, is_welded, mesh, defects })
+        let is_joined = report.welded_vertices.count() + report.flipped_faces.count() > 0;
+        Ok(Self { is_cut, is_joined, mesh, defects })
     }
 
     /// The input, as a command builds it.
@@ -157,18 +162,16 @@ fn compare_sides(
     promise: &Promise,
     found: &mut Vec<String>,
 ) {
-    if promise.faces {
-        let count = |what: &str, count: fn(&Diagnosis) -> usize, found: &mut Vec<String>| {
-            let [old, new] = [&before.defects, &after.defects].map(count);
-            if new > old * promise.pieces {
-                found.push(format!("{new} {what} instead of {old}"));
-            }
-        };
-        count("faces without area", |d| d.zero_area_faces, found);
-        count("slivers", |d| d.slivers, found);
-        count("duplicate faces", |d| d.duplicate_faces, found);
-    }
-    let is_joined_anew = before.is_cut && after.is_welded;
+    let mut count = |is_promised: bool, what: &str, count: fn(&Diagnosis) -> usize| {
+        let [old, new] = [&before.defects, &after.defects].map(count);
+        if is_promised && new > old * promise.pieces {
+            found.push(format!("{new} {what} instead of {old}"));
+        }
+    };
+    count(promise.faces, "faces without area", |d| d.zero_area_faces);
+    count(promise.faces, "duplicate faces", |d| d.duplicate_faces);
+    count(promise.slivers, "slivers", |d| d.slivers);
+    let is_joined_anew = before.is_cut && after.is_joined;
     if !is_joined_anew {
         connectivity(&before.defects, &after.defects, promise, found);
     }
