@@ -228,8 +228,7 @@ mod tests {
         // One vertex of the upper sheet pierces the lower one, the faces around it turn by less than sixty degrees.
         let mut mesh = fitted.clone();
         let topology = fitted.topology();
-        let inner =
-            topology.vertices().filter(|&v| !topology.is_boundary_vertex(v)).last().unwrap();
+        let inner = topology.vertices().rfind(|&v| !topology.is_boundary_vertex(v)).unwrap();
         mesh.positions_mut()[inner.index()].z = 0.1;
         let faults = undoing.faults(&mesh, &start);
         assert!(topology.faces_of_vertex(inner).all(|face| faults.contains(&face)), "{faults:?}");
