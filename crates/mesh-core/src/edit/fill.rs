@@ -28,6 +28,7 @@ use glam::DVec3;
 
 use crate::build::{Triangulation, Triangulator, position_key};
 use crate::edit::{NoRoom, Ring, RingOrder};
+use crate::index::as_u32;
 use crate::mesh::TriMesh;
 use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 
@@ -449,7 +450,7 @@ impl Outline {
     /// The order in which ear clipping removes the vertices, if the polygon is simple in its mean plane and
     /// needs no edge that exists.
     fn polygon(&self) -> Option<Vec<u32>> {
-        let places: Vec<u32> = (0..self.points.len() as u32).collect();
+        let places: Vec<u32> = (0..as_u32(self.points.len())).collect();
         let mut triangles = Vec::new();
         let quality = Triangulator::default().triangulate(&self.points, &places, &mut triangles);
         let (_, diagonals) = triangles.split_last()?;
@@ -473,7 +474,7 @@ impl Outline {
             for i in 0..n - length {
                 let j = i + length;
                 let closes = length == n - 1;
-                if !closes && self.is_edge([i as u32, j as u32]) {
+                if !closes && self.is_edge([as_u32(i), as_u32(j)]) {
                     continue;
                 }
                 let parts = (i + 1..j).filter_map(|m| {
@@ -489,7 +490,7 @@ impl Outline {
         let mut open = vec![[0, n - 1]];
         while let Some([i, j]) = open.pop() {
             if let Some(part) = best[i * n + j].filter(|_| j > i + 1) {
-                tips.push(part.tip as u32);
+                tips.push(as_u32(part.tip));
                 open.extend([[i, part.tip], [part.tip, j]]);
             }
         }

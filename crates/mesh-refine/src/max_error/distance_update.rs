@@ -4,7 +4,7 @@
 //! have come closer to a face that has changed. Most changes are no improvement, and the first few distances show that.
 
 use glam::DVec3;
-use mesh_core::{FaceId, Remap, RemapOf, TriMesh, VertexId};
+use mesh_core::{FaceId, Remap, RemapOf, TriMesh, VertexId, as_u32};
 use mesh_metric::{Surface, SurfaceError};
 
 use crate::block_loop::{for_blocks_in_turn, values_in_turn};
@@ -62,10 +62,8 @@ impl Peaks<'_> {
         }
         let is_changed = |face: &FaceId| is_unknown(elements.of_face[face.index()]);
         let changed: Vec<FaceId> = topology.faces().filter(is_changed).collect();
-        let triangles: Vec<[u32; 3]> = changed
-            .iter()
-            .map(|&face| topology.face_vertices(face).map(|v| v.index() as u32))
-            .collect();
+        let triangles: Vec<[u32; 3]> =
+            changed.iter().map(|&face| topology.face_vertices(face).map(VertexId::get)).collect();
         // If no face has changed, no point can have come closer.
         let nearby = Surface::from_triangles(mesh.positions(), &triangles).ok();
         if !self.far_points_come_closer(&new_faces, nearby.as_ref(), bar) {
@@ -108,7 +106,7 @@ impl Peaks<'_> {
                 });
                 gone.into_iter().zip(anew).chain(closer).collect::<Vec<_>>()
             },
-            |block| asked.extend(block.into_iter().map(|(index, new)| (index as u32, new))),
+            |block| asked.extend(block.into_iter().map(|(index, new)| (as_u32(index), new))),
         );
         if asked.iter().any(|(_, new)| is_far(new.distance)) {
             return Ok(None);
