@@ -6,6 +6,7 @@
 //! and its 95th percentile. Positions are rounded to single precision.
 
 mod report;
+mod row;
 mod sampling;
 mod surfaces;
 
@@ -24,9 +25,9 @@ use dcurv::{
 use glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh, VertexId, VertexMap};
 use mesh_shapes::{add_normal_noise, mean_edge_length};
-use serde::{Deserialize, Serialize};
 use xtask_common::{Failure, Numbers, VirtualEnvironment, progress_bar};
 
+use row::{Key, Ours, Row};
 use sampling::{Sampled, Sampling, sample};
 use surfaces::{Exact, Surface};
 
@@ -84,19 +85,6 @@ impl CurvatureStudy {
     }
 }
 
-/// An estimator of ours. Lengths are in mean edges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Ours {
-    Auto,
-    Vertex,
-    FitNearest,
-    Fit2Rings,
-    Fit3Edges,
-    Ball4Edges,
-    Corrected4Edges,
-    Face,
-}
-
 /// What a program says of a vertex. NaN where it says nothing.
 #[derive(Clone, Copy, Debug)]
 struct Estimate {
@@ -121,49 +109,6 @@ impl Estimate {
             normal: frame.normal,
             error,
         }
-    }
-}
-
-/// One line of the study. Errors of curvatures are relative, angles in degrees.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Row {
-    pub(crate) surface: String,
-    pub(crate) sampling: String,
-    pub(crate) vertices: usize,
-    pub(crate) noise: f64,
-    pub(crate) program: String,
-    /// Errors of the principal curvatures: the median and the 95th percentile.
-    pub(crate) k_median: f64,
-    pub(crate) k_95: f64,
-    /// Errors of the mean and of the Gaussian curvature.
-    pub(crate) mean_median: f64,
-    pub(crate) gaussian_median: f64,
-    /// Angle to the exact direction of the larger curvature where the curvatures differ; NaN if not estimated.
-    pub(crate) direction_median: f64,
-    pub(crate) normal_median: f64,
-    /// Share of vertices without an estimate.
-    pub(crate) unknown: f64,
-    /// Share of vertices whose error is within the predicted one; NaN without predictions.
-    pub(crate) within: f64,
-    pub(crate) seconds: f64,
-}
-
-type Key = (String, String, usize, String, String);
-
-impl Row {
-    fn key(&self) -> Key {
-        let Self { surface, sampling, vertices, noise, program, .. } = self;
-        (surface.clone(), sampling.clone(), *vertices, noise.to_string(), program.clone())
-    }
-
-    /// The mesh, without the program.
-    fn cell(&self) -> (String, String, usize, String) {
-        let (surface, sampling, vertices, noise, _) = self.key();
-        (surface, sampling, vertices, noise)
-    }
-
-    fn is_ours(&self) -> bool {
-        Ours::value_variants().iter().any(|ours| ours.name() == self.program)
     }
 }
 
@@ -248,19 +193,6 @@ impl Case {
 }
 
 impl Ours {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Vertex => "vertex",
-            Self::FitNearest => "fit",
-            Self::Fit2Rings => "fit, 2 rings",
-            Self::Fit3Edges => "fit, 3 edges",
-            Self::Ball4Edges => "ball, 4 edges",
-            Self::Corrected4Edges => "corrected, 4 edges",
-            Self::Face => "face",
-        }
-    }
-
     fn estimate(self, case: &Case) -> Result<Vec<Estimate>, Failure> {
         let Case { mesh, edge, .. } = case;
         let fitted = |scale| {

@@ -2,7 +2,7 @@
 
 use xtask_common::plot::{Axis, Plot, Series};
 
-use super::{Ours, Row};
+use super::row::{Ours, Row};
 
 /// Errors below this value count as this value, so that exact results do not decide means of logarithms.
 const FLOOR: f64 = 1e-5;

@@ -4,6 +4,7 @@
 use std::io::Cursor;
 
 use image::RgbaImage;
+#[cfg(feature = "textures")]
 use mesh_core::as_u32;
 #[cfg(feature = "textures")]
 use mesh_io::{Alpha, Model, Picture, PictureFormat, Pictures};
