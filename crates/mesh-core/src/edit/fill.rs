@@ -17,9 +17,9 @@
 //! 4. If all remaining edges exist already, **a new vertex** at the mean of the remaining ones is joined to
 //!    them. That is always possible.
 //!
-//! A hole stays open if this gives a face without area, or a face that is folded back on a neighbour: slits between
-//! surfaces that touch are such holes. New faces may cross other parts of the surface: this is not checked. Large holes
-//! get no inner vertices, other than by step 4; subdivide or smooth the [new faces](FilledHole::faces) for that.
+//! A hole stays open if this gives a face without area: slits between surfaces that touch are such holes. New faces may
+//! cross other parts of the surface: this is not checked. Large holes get no inner vertices, other than by step 4;
+//! subdivide or smooth the [new faces](FilledHole::faces) for that.
 
 use core::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
@@ -102,12 +102,11 @@ pub enum FillRefusal {
     /// A face elsewhere in the mesh has its corners at the same positions.
     #[error("the hole is where {0:?} is; filling it would double this face")]
     Duplicate(FaceId),
-    /// The triangles that close the hole have no area, or are folded back on a neighbour.
+    /// A triangle that closes the hole has no area.
     #[error(
-        "the hole has no room for faces: one of them would have no area or would be folded back; join its sides, or \
-         remove the faces around it"
+        "the hole has no room for faces: one of them would have no area; join its sides, or remove the faces around it"
     )]
-    Folded,
+    NoArea,
     /// The hole has more edges than are wanted.
     #[error("the hole has {edges} edges, more than {limit}; raise `max_edges` to fill it")]
     TooManyEdges {
@@ -217,8 +216,8 @@ impl TriMesh {
         let outline = Outline::new(self, &sides, copies);
         let Plan { method, tips, left } = outline.plan(options.optimal_edges);
         let centre = left.map(|left| copies.free_position(left, outline.origin));
-        if !outline.is_sound(&tips, centre) {
-            return Err(FillRefusal::Folded);
+        if !outline.has_area(&tips, centre) {
+            return Err(FillRefusal::NoArea);
         }
         let mut ring = Ring::new(sides);
         let mut faces: Vec<FaceId> =
@@ -403,30 +402,21 @@ impl Outline {
         Plan { method: FillMethod::ShortestEdge, tips, left }
     }
 
-    /// Whether all triangles have an area, and none is folded back on a neighbour.
-    fn is_sound(&self, tips: &[u32], centre: Option<DVec3>) -> bool {
+    /// Whether all triangles have an area.
+    fn has_area(&self, tips: &[u32], centre: Option<DVec3>) -> bool {
         let at = |place: u32| self.points[place as usize];
         let mut order = RingOrder::new(self.points.len());
-        // The normal beyond the side from each remaining vertex to the next.
-        let mut beyond = self.normals.clone();
         for &tip in tips {
             let [before, after] = order.neighbours(tip);
-            let normal = self.normal([at(before), at(tip), at(after)]);
-            let closes = (order.left() == 3).then_some(after);
-            let mut sides = [before, tip].into_iter().chain(closes);
-            if sides.any(|side| bend(normal, beyond[side as usize]) >= FOLD) {
+            if self.normal([at(before), at(tip), at(after)]) == DVec3::ZERO {
                 return false;
             }
-            beyond[before as usize] = normal;
             order.cut(tip);
         }
         let Some(centre) = centre else { return true };
         let centre = (centre - self.origin) / self.scale;
-        let normal = |place: u32| self.normal([at(place), at(order.neighbours(place)[1]), centre]);
-        order.places().all(|place| {
-            let (normal, next) = (normal(place), normal(order.neighbours(place)[1]));
-            bend(normal, beyond[place as usize]).max(bend(normal, next)) < FOLD
-        })
+        let next = |place: u32| order.neighbours(place)[1];
+        order.places().all(|place| self.normal([at(place), at(next(place)), centre]) != DVec3::ZERO)
     }
 
     /// The unit normal of a triangle; zero if it has no area.
@@ -536,9 +526,6 @@ impl Part {
         self.bend.total_cmp(&other.bend).then(self.length.total_cmp(&other.length))
     }
 }
-
-/// The bend from which on a face counts as folded back: ten degrees from it.
-const FOLD: f64 = 1.985;
 
 /// How sharp the bend between two unit normals is: one minus its cosine, from 0 to 2, in steps of 1/1024 (2.5 degrees
 /// from flat), so that it does not decide between triangles that are all flat. A triangle without a normal counts as a
