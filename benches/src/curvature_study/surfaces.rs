@@ -318,7 +318,8 @@ fn outline(u: Jet2) -> ([Jet2; 2], [Jet2; 2]) {
     let c = Jet2::constant;
     let corner = core::f64::consts::FRAC_PI_2 * ROUNDING;
     // The walls to +x, +y, -x and -y, each with the corner after it.
-    let halves = |side: u32| if side % 2 == 0 { [CORE.y, CORE.x] } else { [CORE.x, CORE.y] };
+    let halves =
+        |side: u32| if side.is_multiple_of(2) { [CORE.y, CORE.x] } else { [CORE.x, CORE.y] };
     let length = |side: u32| 2.0 * halves(side)[0] + corner;
     let (mut left, mut side) = (u, 0);
     while side < 3 && left.value >= length(side) {
