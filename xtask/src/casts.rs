@@ -134,12 +134,15 @@ impl<'ast> Visit<'ast> for Reader {
     }
 
     fn visit_macro(&mut self, item: &'ast syn::Macro) {
-        // The arguments of most macros are expressions.
-        let parser = Punctuated::<syn::Expr, syn::Token![,]>::parse_terminated;
-        if let Ok(arguments) = item.parse_body_with(parser) {
-            for argument in &arguments {
-                self.visit_expr(argument);
-            }
+        // The arguments of most macros are expressions; `vec![value; count]` has a semicolon between them.
+        let commas = Punctuated::<syn::Expr, syn::Token![,]>::parse_terminated;
+        let semicolons = Punctuated::<syn::Expr, syn::Token![;]>::parse_terminated;
+        let with_commas = item.parse_body_with(commas).map(|list| list.into_iter().collect());
+        let arguments: Vec<syn::Expr> = with_commas
+            .or_else(|_| item.parse_body_with(semicolons).map(|list| list.into_iter().collect()))
+            .unwrap_or_default();
+        for argument in &arguments {
+            self.visit_expr(argument);
         }
     }
 }
