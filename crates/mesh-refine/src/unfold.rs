@@ -2,8 +2,9 @@
 //!
 //! Every step keeps faces from turning too far at once, but a chain of small turns can turn a face over. Such a face is
 //! found by the normals of the original around it. It is turned back by the flip of one of its edges, or by a move of
-//! one of its vertices to the original or towards the middle of the neighbours, whichever leaves the fewest such faces
-//! and of these the closest to the original. No repair takes a point farther from the original than the farthest was.
+//! one of its vertices: to the original, or towards the middle of the neighbours. The change that leaves the fewest
+//! faces turned over is made; among equal changes, the one that stays closest to the original. No change takes a point
+//! farther from the original than the farthest point of the mesh was before.
 
 use glam::DVec3;
 use mesh_collapse::NewIntersections;
@@ -41,7 +42,7 @@ const ROUNDING: f64 = 1e-9;
 const TOWARDS_MIDDLE: [f64; 3] = [0.0, 0.5, 1.0];
 
 /// Turns back the faces that are turned over against the original, where a flip or a move can do that. Returns the
-/// numbers of these faces before and after.
+/// number of faces that are turned over, before and after.
 pub fn unfold(
     mesh: &mut TriMesh,
     original: &Surface,

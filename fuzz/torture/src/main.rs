@@ -4,8 +4,9 @@
 //!
 //! A run is a process of the built program with a limit of time and memory ([`child`]). Its outputs are read by
 //! [readers] that share no code with `mesh-io`, and compared with the report of the program ([`judge`]). A run may
-//! succeed (exit 0), or refuse the file (3) or the mesh (4) with a message. Anything else is a fault, and so is an
-//! output that contradicts the report, and an output that breaks a [promise](postconditions::Promise) of the command. [`jobs`] lists the commands and their options, [`table`] shows the outcome.
+//! succeed (exit 0), or refuse the file (3) or the mesh (4) with a message. Anything else is a fault. An output
+//! that contradicts the report, or breaks a [promise](postconditions::Promise) of the command, is a fault, too. [`jobs`]
+//! lists the commands and their options, [`table`] shows the outcome.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod child;
