@@ -2,7 +2,7 @@
 
 use xtask_common::plot::{Axis, Plot, Series};
 
-use super::row::{Ours, Row};
+use super::row::{Cell, Ours, Row};
 
 /// Errors below this value count as this value, so that exact results do not decide means of logarithms.
 const FLOOR: f64 = 1e-5;
@@ -68,6 +68,33 @@ fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|value| value.ln()).sum::<f64>() / values.len() as f64).exp()
 }
 
+/// The rows of one mesh that are compared. Rows without a finite number are left out.
+struct Best<'a> {
+    cell: Cell,
+    auto: Option<&'a Row>,
+    /// The best estimator of ours, and the best other program.
+    ours: Option<&'a Row>,
+    others: Option<&'a Row>,
+}
+
+/// The best rows of every mesh by a number, in the order of the meshes.
+fn best_of_meshes(rows: &[Row], of: Statistic) -> Vec<Best<'_>> {
+    let mut cells: Vec<Cell> = rows.iter().map(Row::cell).collect();
+    cells.sort();
+    cells.dedup();
+    let best = |cell: Cell| {
+        let of_cell = || rows.iter().filter(|row| row.cell() == cell && of(row).is_finite());
+        let least = |ours: bool| {
+            let of_kind = of_cell().filter(|row| row.is_ours() == ours);
+            of_kind.min_by(|a, b| of(a).total_cmp(&of(b)))
+        };
+        let auto = of_cell().find(|row| row.program == Ours::Auto.name());
+        let [ours, others] = [true, false].map(least);
+        Best { cell, auto, ours, others }
+    };
+    cells.into_iter().map(best).collect()
+}
+
 /// Ratios of median errors by sampling and noise, each as the geometric mean over the surfaces and the largest one:
 /// `auto` to the best estimator of ours, and that one to the best of the other programs.
 fn ratios(rows: &[Row]) -> comfy_table::Table {
@@ -78,37 +105,22 @@ fn ratios(rows: &[Row]) -> comfy_table::Table {
         [format!("noise {noise}: auto / ours"), format!("noise {noise}: ours / others")]
     });
     table.set_header(std::iter::once("mesh".to_owned()).chain(heads));
+    let all = best_of_meshes(rows, |row| row.k_median);
+    let ratio = |a: Option<&Row>, b: Option<&Row>| {
+        a.zip(b).map(|(a, b)| a.k_median.max(FLOOR) / b.k_median.max(FLOOR))
+    };
+    let text = |ratios: Vec<f64>| {
+        let largest = ratios.iter().copied().reduce(f64::max);
+        largest.map_or_else(String::new, |largest| {
+            format!("{:.2} ({largest:.2})", geometric_mean(&ratios))
+        })
+    };
     for sampling in distinct(rows, |row| row.sampling.clone()) {
         let mut cells = vec![sampling.clone()];
-        for &noise in &levels {
-            let here: Vec<&Row> = rows
-                .iter()
-                .filter(|row| row.sampling == sampling && row.noise == noise)
-                .filter(|row| row.k_median.is_finite())
-                .collect();
-            let mut all: [Vec<f64>; 2] = Default::default();
-            let mut meshes: Vec<_> = here.iter().map(|row| row.cell()).collect();
-            meshes.sort();
-            meshes.dedup();
-            for mesh in &meshes {
-                let of_mesh = || here.iter().filter(|row| row.cell() == *mesh);
-                let least = |ours: bool| {
-                    let errors = of_mesh().filter(|row| row.is_ours() == ours);
-                    errors.map(|row| row.k_median.max(FLOOR)).reduce(f64::min)
-                };
-                let auto = of_mesh().find(|row| row.program == Ours::Auto.name());
-                let [ours, others] = [true, false].map(least);
-                all[0].extend(auto.zip(ours).map(|(auto, ours)| auto.k_median.max(FLOOR) / ours));
-                all[1].extend(ours.zip(others).map(|(ours, others)| ours / others));
-            }
-            cells.extend(all.map(|ratios| {
-                let largest = ratios.iter().copied().fold(0.0, f64::max);
-                if ratios.is_empty() {
-                    String::new()
-                } else {
-                    format!("{:.2} ({largest:.2})", geometric_mean(&ratios))
-                }
-            }));
+        for noise in levels.iter().map(f64::to_string) {
+            let here = || all.iter().filter(|best| best.cell.1 == sampling && best.cell.3 == noise);
+            cells.push(text(here().filter_map(|best| ratio(best.auto, best.ours)).collect()));
+            cells.push(text(here().filter_map(|best| ratio(best.ours, best.others)).collect()));
         }
         table.add_row(cells);
     }
@@ -175,22 +187,14 @@ fn comparisons(rows: &[Row]) -> String {
 }
 
 fn comparison(rows: &[Row], name: &str, of: Statistic) -> String {
-    let mut cells: Vec<_> = rows.iter().map(Row::cell).collect();
-    cells.sort();
-    cells.dedup();
     let error = |row: &Row| of(row).max(FLOOR);
     let (mut near, mut ahead, mut with_peers) = (0, 0, 0);
     let mut lost = String::new();
-    for cell in &cells {
-        let of_cell = || rows.iter().filter(|row| row.cell() == *cell && of(row).is_finite());
-        let least = |ours: bool| {
-            let of_kind = of_cell().filter(|row| row.is_ours() == ours);
-            of_kind.min_by(|a, b| of(a).total_cmp(&of(b)))
-        };
-        let Some(ours) = least(true) else { continue };
-        let auto = of_cell().find(|row| row.program == Ours::Auto.name());
+    let all = best_of_meshes(rows, of);
+    for Best { cell, auto, ours, others } in &all {
+        let Some(ours) = ours else { continue };
         near += usize::from(auto.is_some_and(|auto| error(auto) <= 1.3 * error(ours)));
-        let Some(peer) = least(false) else { continue };
+        let Some(peer) = others else { continue };
         with_peers += 1;
         if error(ours) <= error(peer) {
             ahead += 1;
@@ -207,7 +211,7 @@ fn comparison(rows: &[Row], name: &str, of: Statistic) -> String {
     }
     let mut text = format!(
         "Error of {name}: `auto` is within 1.3 of the best estimator of ours in {near} of {} cells.\n",
-        cells.len()
+        all.len()
     );
     if with_peers > 0 {
         text += &format!(

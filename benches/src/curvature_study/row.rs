@@ -57,6 +57,9 @@ pub(super) struct Row {
     pub(super) seconds: f64,
 }
 
+/// Surface, sampling, vertices and noise.
+pub(super) type Cell = (String, String, usize, String);
+
 /// Surface, sampling, vertices, noise and program.
 pub(super) type Key = (String, String, usize, String, String);
 
@@ -67,7 +70,7 @@ impl Row {
     }
 
     /// The mesh, without the program.
-    pub(super) fn cell(&self) -> (String, String, usize, String) {
+    pub(super) fn cell(&self) -> Cell {
         let (surface, sampling, vertices, noise, _) = self.key();
         (surface, sampling, vertices, noise)
     }
