@@ -11,7 +11,7 @@ use mesh_work::{Attributes, Choices, ConstraintChoices, Length, SceneTarget, par
 use serde::Serialize;
 use simplify::{
     AttributeOptions, ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress,
-    Protect, Rejection, Rejections, Shortfall, Target,
+    Protect, Rejection, Rejections, Shortfall, Simplified, Target,
 };
 
 use crate::args::{
@@ -458,6 +458,17 @@ pub(crate) fn tell_shortfall(shortfall: &Shortfall, topology: &Topology, console
         "the target of {wanted} was not reached: {} faces are left ({reasons})",
         topology.face_count()
     ));
+}
+
+/// Says how many faces of the result lie upside down on the input.
+pub(crate) fn tell_turned_over(result: &Simplified, console: &Console) {
+    let left = result.unfold.map_or(0, |unfold| unfold.turned_after);
+    if left > 0 {
+        let subject = if left == 1 { "face lies" } else { "faces lie" };
+        console.message(format_args!(
+            "{left} {subject} upside down on the input after refinement; more faces or another --preset may avoid that"
+        ));
+    }
 }
 
 /// Says how much is kept.

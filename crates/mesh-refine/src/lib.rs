@@ -35,4 +35,4 @@ pub use norm::{FitNorm, UnknownNorm};
 pub use observer::{Observe, Observer};
 pub use pipeline::{Pipeline, Refined, Steps};
 pub use texture_folds::Texture;
-pub use unfold::{UnfoldOptions, unfold};
+pub use unfold::{UnfoldOptions, UnfoldReport, unfold};

@@ -14,7 +14,7 @@ use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
 use crate::observer::Observer;
 use crate::texture_folds::{Texture, TextureCheck, fit_unfolded};
-use crate::unfold::{UnfoldOptions, unfold};
+use crate::unfold::{UnfoldOptions, UnfoldReport, unfold};
 use mesh_collapse::{Boundary, FaceLimits, Level, Protect, Protected};
 
 /// A level and the refinement that it has had.
@@ -29,6 +29,8 @@ pub struct Refined {
     pub anneal: Option<AnnealReport>,
     /// Report of the reduction of the largest error, if it ran and was kept.
     pub max_error: Option<MaxErrorReport>,
+    /// Faces that were turned over, and those that still are, if it was looked for them.
+    pub unfold: Option<UnfoldReport>,
     /// Constraints of the current mesh.
     pub constraints: FitConstraints,
 }
@@ -36,7 +38,15 @@ pub struct Refined {
 impl Refined {
     /// A mesh without refinement.
     pub fn untouched(mesh: TriMesh, constraints: FitConstraints) -> Self {
-        Self { mesh, vertex_map: None, fit: None, anneal: None, max_error: None, constraints }
+        Self {
+            mesh,
+            vertex_map: None,
+            fit: None,
+            anneal: None,
+            max_error: None,
+            unfold: None,
+            constraints,
+        }
     }
 
     /// Replaces the mesh by the next one, unless more faces are folded in the texture there.
@@ -186,7 +196,7 @@ impl<'a> Pipeline<'a> {
         }
         done.constraints = constraints;
         if let Some(options) = &self.steps.unfold {
-            self.unfold(&mut done, options, texture.as_ref());
+            done.unfold = Some(self.unfold(&mut done, options, texture.as_ref()));
         }
         Ok((done, vertex_map))
     }
@@ -197,17 +207,18 @@ impl<'a> Pipeline<'a> {
         done: &mut Refined,
         options: &UnfoldOptions,
         texture: Option<&TextureCheck<'_>>,
-    ) {
+    ) -> UnfoldReport {
         let Some(check) = texture else {
-            unfold(&mut done.mesh, self.original, &done.constraints, options);
-            return;
+            return unfold(&mut done.mesh, self.original, &done.constraints, options);
         };
         let mut next = done.mesh.clone();
-        let [before, after] = unfold(&mut next, self.original, &done.constraints, options);
+        let report = unfold(&mut next, self.original, &done.constraints, options);
         let folds = |mesh: &TriMesh| check.folded_after(mesh, done.vertex_map.as_ref());
-        if after < before && folds(&next) <= folds(&done.mesh) {
+        if report.turned_after < report.turned_before && folds(&next) <= folds(&done.mesh) {
             done.mesh = next;
+            return report;
         }
+        UnfoldReport { turned_after: report.turned_before, ..report }
     }
 
     fn constraints(

@@ -26,6 +26,16 @@ pub struct UnfoldOptions {
     pub forbid_intersections: bool,
 }
 
+/// What [`unfold`] found and did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct UnfoldReport {
+    /// Number of faces that were turned over before.
+    pub turned_before: usize,
+    /// Number of faces that are turned over after it.
+    pub turned_after: usize,
+}
+
 /// The largest number of passes over the faces that are turned over.
 const PASSES: usize = 4;
 
@@ -41,20 +51,19 @@ const ROUNDING: f64 = 1e-9;
 /// How far a vertex moves towards the middle of its neighbours before it moves to the closest point of the original.
 const TOWARDS_MIDDLE: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// Turns back the faces that are turned over against the original, where a flip or a move can do that. Returns the
-/// number of faces that are turned over, before and after.
+/// Turns back the faces that are turned over against the original, where a flip or a move can do that.
 pub fn unfold(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &FitConstraints,
     options: &UnfoldOptions,
-) -> [usize; 2] {
+) -> UnfoldReport {
     if turned_faces(mesh, original, 0.0).is_empty() {
-        return [0; 2];
+        return UnfoldReport::default();
     }
     let farthest = farthest_point(mesh, original);
     let mut turned = turned_faces(mesh, original, farthest);
-    let before = turned.len();
+    let turned_before = turned.len();
     let found = options.forbid_intersections.then(|| NewIntersections::new(mesh));
     let mut repair = Repair { mesh, original, constraints, found, farthest };
     for _ in 0..PASSES {
@@ -65,7 +74,7 @@ pub fn unfold(
             break;
         }
     }
-    [before, turned.len()]
+    UnfoldReport { turned_before, turned_after: turned.len() }
 }
 
 /// All faces that are turned over. Only faces at a sharp edge are asked in detail: other faces that are close to the
@@ -247,9 +256,14 @@ mod tests {
             let to = mesh.topology().one_ring(v).next().map(|w| mesh.position(w)).unwrap();
             let from = mesh.position(v);
             mesh.positions_mut()[v.index()] = from + 1.3 * (to - from);
-            let [before, after] =
+            let downwards = |mesh: &TriMesh| {
+                mesh.topology().faces().filter(|&face| mesh.face_cross(face).z < 0.0).count()
+            };
+            let turned_before = downwards(&mesh);
+            let report =
                 unfold(&mut mesh, &original, &FitConstraints::default(), &UnfoldOptions::default());
-            assert!(before > 0 && after == 0, "{v:?}: {before} {after}");
+            assert!(turned_before > 0, "{v:?}");
+            assert_eq!(report, UnfoldReport { turned_before, turned_after: 0 }, "{v:?}");
             assert!(mesh.topology().faces().all(|face| mesh.face_cross(face).z > 0.0));
         }
         let soup = mesh_shapes::polyhedra::cube();

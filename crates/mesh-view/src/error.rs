@@ -8,7 +8,9 @@ pub enum ViewError {
     #[error("a page needs at least one mesh")]
     NoMeshes,
     /// A mesh has no face that can be drawn.
-    #[error("{name}: there are no faces to show")]
+    #[error(
+        "{name}: there are no faces to show: it has none, or each has a vertex that is not finite"
+    )]
     NoFaces {
         /// The mesh.
         name: String,

@@ -306,6 +306,8 @@ fn report<'py>(
         .fit
         .map(|fit| (fit.rounds, fit.flips, fit.rms_before, fit.rms_last, fit.norm.name()));
     found.set_item("fit", fit)?;
+    let turned = result.unfold.map(|unfold| (unfold.turned_before, unfold.turned_after));
+    found.set_item("turned_over", turned)?;
     let record = Arc::new(LevelRecord { log: result.log, room });
     found.set_item("log", LogData { record, content })?;
     Ok((mesh, found))

@@ -12,7 +12,7 @@ use mesh_collapse::{
 };
 use mesh_refine::{
     AnnealReport, CollapseBack, Curve, FitConstraints, FitReport, MaxErrorReport, Observer,
-    Pipeline, Refined, Steps, Texture,
+    Pipeline, Refined, Steps, Texture, UnfoldReport,
 };
 
 use crate::collapse::collapse_to_level;
@@ -60,6 +60,9 @@ pub struct Simplified {
     /// Report of the reduction of the largest errors; `None` when it was not asked for, or undone because it folded the
     /// texture.
     pub max_error: Option<MaxErrorReport>,
+    /// Faces that chains of steps of refinement turned over against the input, before and after they were turned back;
+    /// `None` without refinement.
+    pub unfold: Option<UnfoldReport>,
 }
 
 /// Simplifies a mesh.
@@ -226,6 +229,7 @@ impl AfterCollapses<'_> {
             fit: refined.fit,
             anneal: refined.anneal,
             max_error: refined.max_error,
+            unfold: refined.unfold,
         })
     }
 

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         Record,
         Shortfall,
         Simplified,
+        TurnedOver,
         lod,
         simplify,
     )
@@ -64,7 +65,7 @@ _PLACES = {
     "_geometry.mesh": "Data Mesh",
     "_geometry.patch": "Cover patch",
     "_geometry.show": "Page Picture render view",
-    "_geometry.simplify": "Charts Edges ErrorBounds Fit Level Levels Record Shortfall Simplified lod simplify",
+    "_geometry.simplify": "Charts Edges ErrorBounds Fit Level Levels Record Shortfall Simplified TurnedOver lod simplify",
 }
 _MODULE_OF = {name: module for module, names in _PLACES.items() for name in names.split()}
 
@@ -109,6 +110,7 @@ __all__ = [
     "Simplified",
     "State",
     "TooLargeError",
+    "TurnedOver",
     "WriteError",
     "__version__",
     "as_mesh",

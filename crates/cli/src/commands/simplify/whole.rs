@@ -9,7 +9,7 @@ use mesh_view::Page;
 use mesh_work::{Attributes, Largest, Loaded, Sized, file_size, largest_within};
 use out_of_core::ResultMesh;
 use serde::Serialize;
-use simplify::{FitReport, Simplified, simplify_observed};
+use simplify::{FitReport, Simplified, UnfoldReport, simplify_observed};
 
 use crate::batch::Job;
 use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
@@ -21,7 +21,7 @@ use crate::large::{self, Passes, RegionSettings};
 use crate::load::{Loading, Seconds};
 use crate::save::make_folder_of;
 use crate::simplify_options::{
-    Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall,
+    Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall, tell_turned_over,
 };
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
@@ -72,6 +72,8 @@ struct Results {
     boundary_shift: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<Fit>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    turned_over: Option<TurnedOver>,
     /// Absent if no charts were merged.
     #[serde(skip_serializing_if = "Option::is_none")]
     charts: Option<Charts>,
@@ -99,6 +101,19 @@ impl From<&FitReport> for Fit {
     fn from(fit: &FitReport) -> Self {
         let FitReport { norm, rounds, flips, rms_before, rms_last, .. } = *fit;
         Self { norm: norm.name(), rounds, flips, rms_before, rms_last }
+    }
+}
+
+/// Faces that refinement turned over, before and after they were turned back.
+#[derive(Serialize)]
+struct TurnedOver {
+    found: usize,
+    left: usize,
+}
+
+impl From<UnfoldReport> for TurnedOver {
+    fn from(report: UnfoldReport) -> Self {
+        Self { found: report.turned_before, left: report.turned_after }
     }
 }
 
@@ -130,6 +145,7 @@ pub(crate) fn one(
     if let Some(shortfall) = &simplified.shortfall {
         tell_shortfall(shortfall, simplified.mesh.topology(), console);
     }
+    tell_turned_over(&simplified, console);
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let faces_in = loaded.mesh.topology().face_count();
     let results =
@@ -191,6 +207,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
         rejected: None,
         boundary_shift: None,
         fit: None,
+        turned_over: None,
     };
     let counts = [summary.vertices as usize, summary.triangles as usize];
     Seconds::time(&mut seconds.save, || {
@@ -327,6 +344,7 @@ impl Results {
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,
             fit: result.fit.as_ref().map(Fit::from),
+            turned_over: result.unfold.map(TurnedOver::from),
             charts: None,
             size: None,
             passes: None,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from .._options import Length, Norm, Placement, Preset
 
-__all__ = ["Charts", "Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Shortfall", "Simplified", "lod", "simplify"]
+__all__ = ["Charts", "Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Shortfall", "Simplified", "TurnedOver", "lod", "simplify"]
 
 class Edges(NamedTuple):
     """Candidate edges, as passed to a custom cost, surcharge or guard.
@@ -100,6 +100,14 @@ class Fit(NamedTuple):
     rms_before: float
     rms_last: float
     norm: str
+
+
+class TurnedOver(NamedTuple):
+    """Numbers of faces that refinement turned over against the original: `found`, and `left` after they were
+    turned back."""
+
+    found: int
+    left: int
 
 
 @dataclass(frozen=True, repr=False)
@@ -181,6 +189,8 @@ class Simplified:
         The largest distance of a boundary vertex of the original from the new boundary.
     fit : Fit or None
         Report of the fit.
+    turned_over : TurnedOver or None
+        Faces that refinement turned over, if the result was refined.
     log : Record
         Every collapse, before fitting.
     """
@@ -195,6 +205,7 @@ class Simplified:
     max_cost: float
     boundary_shift: float | None
     fit: Fit | None
+    turned_over: TurnedOver | None
     log: Record
 
     def _rows(self) -> list[tuple[str, object]]:
@@ -209,6 +220,8 @@ class Simplified:
             rows.append(("target not reached", self.shortfall.wanted_faces or self.shortfall.wanted_vertices))
         if self.charts is not None:
             rows.append(("charts merged", f"{self.charts.before} -> {self.charts.after}"))
+        if self.turned_over is not None and self.turned_over.left:
+            rows.append(("faces upside down", self.turned_over.left))
         if self.error is not None:
             rows.append(("error, at least", self.error.lower))
             if self.error.upper is not None:
@@ -535,6 +548,7 @@ def simplify(
         max_cost=told["max_cost"],
         boundary_shift=told["boundary_shift"],
         fit=None if told["fit"] is None else Fit(*told["fit"]),
+        turned_over=None if told["turned_over"] is None else TurnedOver(*told["turned_over"]),
         log=Record(told["log"]),
     )
 
