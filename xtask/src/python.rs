@@ -19,7 +19,7 @@ pub(crate) struct Python {
     /// Build as users get it, optimised as a whole, which takes some minutes
     #[arg(long)]
     release: bool,
-    /// Install the large packages too that tests compare with, open3d and pyvista, and take all meshes of
+    /// Install the large packages too that tests compare with, open3d, pyvista and Blender, and take all meshes of
     /// `CURVMESH_MODELS` through all packages, not only small ones
     #[arg(long)]
     peers: bool,
@@ -87,7 +87,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     // From here on, nothing of the source tree can be imported by accident.
     let outside = folder.join("outside");
     let _ = fs::remove_dir_all(&outside);
-    for part in ["tests", "notebooks", "src"] {
+    for part in ["tests", "notebooks", "src", "blender"] {
         copy_folder(&root.join(PACKAGE).join(part), &outside.join(part))?;
     }
     let readme = outside.join("README.md");
@@ -120,7 +120,26 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     let gallery = folder.join("gallery");
     run(&["notebooks/gallery.py", &gallery.to_string_lossy()])?;
     println!("{}", gallery.join("index.html").display());
-    Ok(())
+    if options.peers { test_in_blender(&folder, &outside, &wheel, options) } else { Ok(()) }
+}
+
+/// Tests the add-on, in an environment of its own: Blender needs older versions of other packages.
+fn test_in_blender(
+    folder: &Path,
+    outside: &Path,
+    wheel: &Path,
+    options: &Python,
+) -> Result<(), Failure> {
+    step("the add-on for Blender");
+    let environment = VirtualEnvironment::make(&folder.join("blender"), &options.python)?;
+    if environment.install(&["bpy"]).is_err() {
+        println!("bpy cannot be installed here: the add-on is not tested");
+        return Ok(());
+    }
+    environment.install(&["pytest", &wheel.to_string_lossy()])?;
+    let mut python = environment.python();
+    python.current_dir(outside).args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
+    check(python.arg("tests/test_blender.py"))
 }
 
 /// The environment with all required packages of the tests, and the optional ones that can be installed.
