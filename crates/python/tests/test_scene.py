@@ -291,6 +291,25 @@ def test_losses_are_those_of_the_program(program: Run, tmp_path: Path) -> None:
     assert any("flat-shaded" in lost for lost in expected) and len(expected) == len(set(expected))
 
 
+def test_a_primitive_without_faces_is_lost_as_in_the_program(program: Run, tmp_path: Path) -> None:
+    path, out = tmp_path / "in.glb", tmp_path / "out.glb"
+    ball, glb = bumps(3, 1.0), Glb()
+    # The second primitive repeats a face of the first one, and is dropped as a needed repair.
+    surfaces = [glb.surface(ball), glb.surface(cm.Mesh(ball.vertices, ball.faces[:1]))]
+    meshes = [{"name": "twice", "primitives": surfaces}]
+    glb.document |= {"nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}], "meshes": meshes}
+    path.write_bytes(glb.file())
+    told = json.loads(program("simplify", path, "-o", out, "--json", "--ratio", "0.5").stdout)
+    with pytest.warns(cm.RepairWarning):
+        made = cm.simplify_scene(path, ratio=0.5)
+    assert made.scene.to_bytes() == out.read_bytes()
+    (lost,) = [lost for lost in told["lost"] if lost["by"] == "simplify"]
+    assert made.lost == [f"{lost['what']}: {lost['why']}"] and lost["what"] == "twice: primitive 1"
+    assert made.repairs == {repair["what"]: repair["count"] for repair in told["repairs"]}
+    with pytest.warns(cm.RepairWarning):
+        assert cm.lod_scene(path, ratios=[0.5, 0.25]).lost == made.lost
+
+
 def test_levels_are_those_of_the_program(path: Path, program: Run, tmp_path: Path) -> None:
     folder, one = tmp_path / "levels", tmp_path / "one.glb"
     ratios = ["--levels", "0.5,0.2"]
