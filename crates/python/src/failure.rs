@@ -100,6 +100,11 @@ impl Failure {
         self.text("repair", repair)
     }
 
+    /// The failure of one mesh of a scene.
+    fn of_mesh(self, mesh: usize) -> Self {
+        Self { message: format!("mesh {mesh}: {}", self.message), ..self }
+    }
+
     fn with(mut self, name: &'static str, value: Value) -> Self {
         self.attributes.push((name, value));
         self
@@ -334,6 +339,23 @@ impl From<mesh_work::LevelError> for Failure {
         match error {
             mesh_work::LevelError::Simplify(error) => error.into(),
             mesh_work::LevelError::Replay(error) => error.into(),
+            other => Self::cannot(other),
+        }
+    }
+}
+
+impl From<mesh_work::SceneError> for Failure {
+    fn from(error: mesh_work::SceneError) -> Self {
+        use mesh_work::SceneError;
+        match error {
+            SceneError::Read(error) => error.into(),
+            SceneError::Build { mesh, source } => Self::from(*source).of_mesh(mesh),
+            SceneError::Simplify { mesh, source } => Self::from(source).of_mesh(mesh),
+            SceneError::Replay(error) => error.into(),
+            SceneError::Surface(error) => error.into(),
+            SceneError::Model(error) => error.into(),
+            SceneError::Write(error) => error.into(),
+            SceneError::NoExtent(error) => error.into(),
             other => Self::cannot(other),
         }
     }

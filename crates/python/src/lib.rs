@@ -27,6 +27,7 @@ mod picture;
 mod program;
 mod repair;
 mod repair_warning;
+mod scene;
 mod shapes;
 mod simplify;
 mod views;
@@ -62,6 +63,10 @@ mod _core {
     use crate::program::run_program;
     #[pymodule_export]
     use crate::repair::{repair, subdivide};
+    #[pymodule_export]
+    use crate::scene::{
+        SceneData, lod_scene, read_scene, scene_bytes, scene_mesh, simplify_scene, write_scene,
+    };
     #[pymodule_export]
     use crate::shapes::{polyhedron, sphere, torus};
     #[pymodule_export]

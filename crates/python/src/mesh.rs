@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use bytemuck::cast_slice;
 use mesh_core::PolygonSoup;
-use mesh_io::{Encoding, External, Format, Model, Precision, ReadOptions, WriteOptions};
+use mesh_io::{
+    Encoding, External, Format, Model, Precision, ReadOptions, WriteOptions, WriteReport,
+};
 use mesh_work::splits_vertices;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -251,6 +253,12 @@ const FORMATS: &[(&str, Format)] = &[
     ("glb", Format::Glb),
 ];
 
+/// Which of the files that a file refers to are read.
+pub(crate) fn externals(name: &str) -> Result<External, Failure> {
+    let choices = [("none", External::None), ("folder", External::Folder), ("any", External::Any)];
+    choose("external", name, &choices)
+}
+
 /// Reads a file or bytes.
 #[pyfunction]
 #[pyo3(signature = (call, path=None, data=None, *, format=None, external="folder", max_memory=None, allow_empty=false, join=None))]
@@ -266,11 +274,10 @@ pub(crate) fn read(
     allow_empty: bool,
     join: Option<bool>,
 ) -> PyResult<MeshData> {
-    let choices = [("none", External::None), ("folder", External::Folder), ("any", External::Any)];
     let options = || -> Result<ReadOptions, Failure> {
         Ok(ReadOptions {
             format: format.map(|name| choose("format", name, FORMATS)).transpose()?,
-            external: choose("external", external, &choices)?,
+            external: externals(external)?,
             max_memory,
             allow_empty,
             ..ReadOptions::default()
@@ -343,9 +350,14 @@ pub(crate) fn write<'py>(
     let report = run(py, call, move |_| {
         mesh_io::write(&path, &content.model, &options).map_err(|e| Ended::from(Failure::from(e)))
     })?;
+    written(py, &report)
+}
+
+/// What the format of a written file could not hold.
+pub(crate) fn written<'py>(py: Python<'py>, report: &WriteReport) -> PyResult<Bound<'py, PyDict>> {
     let found = PyDict::new(py);
     found.set_item("rounding", report.rounding)?;
     found.set_item("dropped", report.lost.iter().map(ToString::to_string).collect::<Vec<_>>())?;
-    found.set_item("kept", report.kept)?;
+    found.set_item("kept", &report.kept)?;
     Ok(found)
 }

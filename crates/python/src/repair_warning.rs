@@ -5,6 +5,7 @@
 use std::ffi::CString;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use mesh_core::build::BuildReport;
 use pyo3::prelude::*;
 
 /// What no call has told yet.
@@ -16,14 +17,23 @@ fn untold() -> MutexGuard<'static, Vec<String>> {
 
 /// Keeps a warning that names repairs and how many there are of each.
 pub(crate) fn put(repairs: &[(&str, usize)]) {
+    let cure = "repair() returns the repaired mesh, validate() refuses such a mesh";
+    keep("the mesh is repaired", repairs, cure);
+}
+
+/// Keeps a warning for the meshes of a scene. Vertices that the format splits are always merged.
+pub(crate) fn put_of_scene(repairs: &[(&str, usize)]) {
+    let repairs: Vec<_> =
+        repairs.iter().copied().filter(|repair| repair.0 != BuildReport::MERGED).collect();
+    let cure = "the result has the counts in its repairs";
+    keep("meshes of the scene are repaired", &repairs, cure);
+}
+
+fn keep(what: &str, repairs: &[(&str, usize)], cure: &str) {
     if !repairs.is_empty() {
         let repairs: Vec<_> =
             repairs.iter().map(|(what, count)| format!("{what}: {count}")).collect();
-        let text = format!(
-            "the mesh is repaired for this: {} (repair() returns the repaired mesh, validate() refuses such a mesh)",
-            repairs.join(", ")
-        );
-        untold().push(text);
+        untold().push(format!("{what} for this: {} ({cure})", repairs.join(", ")));
     }
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import io
 import os
 import signal
 import subprocess
@@ -19,10 +20,19 @@ import pytest
 
 import curvmesh as cm
 
+def scene_of(mesh: cm.Mesh) -> cm.Scene:
+    """A scene with one mesh."""
+    file = io.BytesIO()
+    cm.write(file, mesh, format="glb")
+    return cm.read_scene(file.getvalue())
+
+
 LONG: list[tuple[str, Callable[[cm.Mesh], object]]] = [
     ("simplify", lambda m: cm.simplify(m, ratio=0.01, preset="quality")),
     ("error", lambda m: cm.simplify(m, max_error="0.05%", verify=True)),
     ("lod", lambda m: cm.lod(m, ratios=[0.5, 0.1, 0.01])),
+    ("scene", lambda m: cm.simplify_scene(scene_of(m), ratio=0.01, preset="quality")),
+    ("scene lod", lambda m: cm.lod_scene(scene_of(m), ratios=[0.5, 0.1, 0.01])),
     ("flip", lambda m: cm.flip(m, cost="f1", look_ahead=3)),
     ("rebuild", lambda m: cm.flip(m, cost="f2", rebuild_effort=5)),
     ("anneal", lambda m: cm.flip(m, cost="f2", anneal_steps=500)),

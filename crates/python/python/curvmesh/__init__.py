@@ -37,6 +37,18 @@ if TYPE_CHECKING:
     from ._geometry.files import as_mesh, read, write
     from ._geometry.mesh import Data, Mesh
     from ._geometry.patch import Cover, patch
+    from ._geometry.scene import (
+        MeshOfLevel,
+        MeshOfScene,
+        Scene,
+        SceneLevel,
+        SceneLevels,
+        SimplifiedScene,
+        lod_scene,
+        read_scene,
+        simplify_scene,
+        write_scene,
+    )
     from ._geometry.show import Page, Picture, render, view
     from ._geometry.simplify import (
         Charts,
@@ -64,6 +76,7 @@ _PLACES = {
     "_geometry.files": "as_mesh read write",
     "_geometry.mesh": "Data Mesh",
     "_geometry.patch": "Cover patch",
+    "_geometry.scene": "MeshOfLevel MeshOfScene Scene SceneLevel SceneLevels SimplifiedScene lod_scene read_scene simplify_scene write_scene",
     "_geometry.show": "Page Picture render view",
     "_geometry.simplify": "Charts Edges ErrorBounds Fit Level Levels Record Shortfall Simplified TurnedOver lod simplify",
 }
@@ -92,6 +105,8 @@ __all__ = [
     "Level",
     "Levels",
     "Mesh",
+    "MeshOfLevel",
+    "MeshOfScene",
     "NonManifoldError",
     "NotFiniteError",
     "OneSided",
@@ -105,9 +120,13 @@ __all__ = [
     "RecordError",
     "RepairWarning",
     "Repaired",
+    "Scene",
+    "SceneLevel",
+    "SceneLevels",
     "Shortfall",
     "Signed",
     "Simplified",
+    "SimplifiedScene",
     "State",
     "TooLargeError",
     "TurnedOver",
@@ -121,16 +140,20 @@ __all__ = [
     "flip",
     "info",
     "lod",
+    "lod_scene",
     "patch",
     "read",
+    "read_scene",
     "regions",
     "render",
     "repair",
     "shapes",
     "simplify",
+    "simplify_scene",
     "subdivide",
     "view",
     "write",
+    "write_scene",
 ]
 
 

@@ -44,6 +44,8 @@ FlipCost = Literal[
 Outline = Literal["best", "circle", "ellipse", "sagitta"]
 CoverMethod = Literal["best", "greedy", "sequential"]
 Format = Literal["obj", "ply", "stl", "off", "gltf", "glb"]
+SceneFormat = Literal["gltf", "glb"]
+Per = Literal["scene", "mesh"]
 External = Literal["none", "folder", "any"]
 Encoding = Literal["usual", "text", "little-endian", "big-endian"]
 Precision = Literal["exact", "single", "double"]
@@ -170,7 +172,7 @@ _KINDS: dict[str, Callable[[str, Any], Any]] = {
     "Progress": _progress,
     **dict.fromkeys(
         ("str", "Preset", "Placement", "Norm", "Estimator", "Area", "Sections", "Outline", "CoverMethod")
-        + ("Format", "External", "Encoding", "Precision", "Layout", "Up", "Engine"),
+        + ("Format", "External", "Encoding", "Precision", "Layout", "Up", "Engine", "SceneFormat", "Per"),
         _text,
     ),
 }

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
-from .._call import calling
+from .._call import calling, plain
 from .._errors import ArrayError, OptionError, ReadError
 from .._options import checked
 from .mesh import Mesh
@@ -40,9 +40,9 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
     Parameters
     ----------
     source : mesh-like
-        A :class:`Mesh`; a result with a ``mesh``, such as the result of :func:`simplify`; a pair ``(vertices,
-        faces)``; a path or an open file; a mesh or scene of trimesh; a ``PolyData``, ``MultiBlock`` or other
-        data set of PyVista or VTK; a mesh of Open3D (legacy or tensor) or meshio.
+        A :class:`Mesh`; a :class:`Scene`; a result with a ``mesh``, such as the result of :func:`simplify`; a
+        pair ``(vertices, faces)``; a path or an open file; a mesh or scene of trimesh; a ``PolyData``,
+        ``MultiBlock`` or other data set of PyVista or VTK; a mesh of Open3D (legacy or tensor) or meshio.
     check : bool
         As for :class:`Mesh`.
 
@@ -67,6 +67,9 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
     result = getattr(source, "mesh", None)
     if isinstance(result, Mesh):
         return result
+    scene = getattr(source, "_data", None)
+    if isinstance(scene, _core.SceneData):
+        return Mesh._of(_core.scene_mesh(plain(), scene, None))
     for attributes, convert in _KINDS:
         if all(hasattr(source, name) for name in attributes):
             return convert(source, check)
