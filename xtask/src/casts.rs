@@ -29,8 +29,6 @@ pub(crate) fn run(options: &Casts) -> Result<(), Failure> {
     let mut folders = options.packages.clone();
     if folders.is_empty() {
         folders = entries(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates"))?;
-        // The Python package is a workspace of its own.
-        folders.retain(|folder| !folder.ends_with("python"));
         folders.sort();
     }
     let (mut files, mut casts) = (0, 0);

@@ -10,7 +10,7 @@ use ::simplify::{
     Options, Placement, Policies, Policy, Quadric, Reach, RefineOptions, Rejection, Scratch,
 };
 use mesh_core::glam::DVec3;
-use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Remap, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Remap, TriMesh, VertexId, VertexMap, as_u32};
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -93,7 +93,7 @@ impl Told {
     /// Evaluates all edges.
     fn prepare(&mut self, mesh: &TriMesh) {
         let topology = mesh.topology();
-        self.original = VertexMap::from_vec((0..topology.vertex_capacity() as u32).collect());
+        self.original = VertexMap::from_vec((0..as_u32(topology.vertex_capacity())).collect());
         self.values = topology.edge_map(f64::NAN);
         let edges: Vec<EdgeId> = topology.edges().collect();
         self.ask(mesh, &edges);
@@ -134,7 +134,7 @@ impl Told {
         let topology = mesh.topology();
         let place = |v: VertexId| mesh.position(v).to_array();
         let ends: Vec<_> = edges.iter().map(|&e| topology.edge_vertices(e)).collect();
-        let ids = ends.iter().map(|ends| ends.map(|v| self.original[v] as i32)).collect();
+        let ids = ends.iter().map(|ends| ends.map(|v| self.original[v].cast_signed())).collect();
         let points = ends.iter().map(|ends| ends.map(place)).collect();
         let apex = |h| topology.apex(h).map_or([f64::NAN; 3], place);
         let apexes = edges.iter().map(|e| e.half_edges().map(apex)).collect();

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use mesh_core::build::{
     BuildError, BuildReport, Built, Provenance, Repair, Weld, build, weld_exact,
 };
-use mesh_core::{PolygonSoup, Topology, TriMesh};
+use mesh_core::{PolygonSoup, Topology, TriMesh, as_u32};
 use mesh_io::Model;
 use mesh_work::{Source, build_with_needed_repairs};
 
@@ -53,8 +53,16 @@ impl Content {
         Self { model, joins: self.joins, built: Arc::clone(&self.built) }
     }
 
-    /// The mesh, built once.
+    /// The mesh, built once. Arrays of ids in Python are `int32`, so it has fewer than 2^31 vertices; a mesh with half-edges
+    /// of 32 bits has fewer faces than that anyway.
     pub(crate) fn whole(&self) -> Result<&Whole, Failure> {
+        let count = self.model.soup.vertex_count();
+        if i32::try_from(count).is_err() {
+            let message = format!(
+                "{count} vertices are too many: ids have 31 bits; `curvmesh.regions` takes larger meshes"
+            );
+            return Err(Failure::new("TooLargeError", message));
+        }
         let built = self.built.get_or_init(|| self.build());
         built.as_ref().map_err(|error| error.clone().into())
     }
@@ -110,7 +118,7 @@ impl Content {
         let repairs: Vec<_> =
             report.repairs().filter(|repair| repair.0 != BuildReport::MERGED).collect();
         repair_warning::put(&repairs);
-        let count = soup.vertex_count() as u32;
+        let count = as_u32(soup.vertex_count());
         let is_same = provenance.vertex_source.iter().copied().eq(0..count);
         let mut cut = Vec::new();
         let vertex_of = (!is_same).then(|| {

@@ -255,11 +255,12 @@ fn ids(
     }
     let id = |&value: &i64| match value {
         -1 => Ok(Model::NONE),
-        value if (0..most as i64).contains(&value) => Ok(value as u32),
-        value => Err(Failure::new(
-            "OutOfRangeError",
-            format!("{name} has {value}; there are {most}, and -1 is for none"),
-        )),
+        value => u32::try_from(value).ok().filter(|&id| (id as usize) < most).ok_or_else(|| {
+            Failure::new(
+                "OutOfRangeError",
+                format!("{name} has {value}; there are {most}, and -1 is for none"),
+            )
+        }),
     };
     Ok(Some(array.as_array().iter().map(id).collect::<Result<_, Failure>>()?))
 }

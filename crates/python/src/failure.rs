@@ -9,7 +9,7 @@ use std::path::Path;
 
 use ::simplify::{RecordError, SimplifyError};
 use mesh_core::build::{BuildError, Sample, VertexPair};
-use mesh_core::{MeshError, TopologyError};
+use mesh_core::{MeshError, TopologyError, as_u32};
 use mesh_io::{Location, ReadError, ReadErrorKind, WriteError};
 use mesh_metric::SurfaceError;
 use pyo3::exceptions::PyKeyboardInterrupt;
@@ -264,7 +264,7 @@ impl From<WriteError> for Failure {
             },
             WriteError::Companion { .. } => failure.text("cure", "overwrite_companions=True"),
             WriteError::NotFinite { vertex, .. } | WriteError::OutOfSingleRange { vertex, .. } => {
-                failure.ids("vertices", vec![vertex as u32]).count(1)
+                failure.ids("vertices", vec![as_u32(vertex)]).count(1)
             }
             _ => failure,
         }
@@ -276,7 +276,7 @@ impl From<SimplifyError> for Failure {
         match error {
             SimplifyError::Option { .. } | SimplifyError::Conflict { .. } => Self::option(error),
             SimplifyError::NotFinite { vertex, .. } => Self::new("NotFiniteError", error)
-                .ids("vertices", vec![vertex.index() as u32])
+                .ids("vertices", vec![as_u32(vertex.index())])
                 .count(1),
             SimplifyError::OtherMesh(_) => Self::new("RecordError", error),
             _ => Self::cannot(error),

@@ -1,7 +1,7 @@
 //! Conversion of `numpy` arrays with any strides to the arrays of a mesh.
 
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, as_u32};
 use numpy::PyReadonlyArray2;
 use numpy::ndarray::{ArrayView1, ArrayView2};
 use pyo3::prelude::*;
@@ -98,7 +98,7 @@ fn corners<T: Copy + std::fmt::Display>(
             corners.push(found.ok_or_else(|| {
                 let message =
                     format!("face {face} refers to vertex {value}, which no index can be");
-                Failure::new("OutOfRangeError", message).ids("faces", vec![face as u32]).count(1)
+                Failure::new("OutOfRangeError", message).ids("faces", vec![as_u32(face)]).count(1)
             })?);
         }
     }
@@ -116,8 +116,13 @@ fn check_width<T>(what: &str, array: &ArrayView2<'_, T>) -> Result<(), Failure> 
 
 /// A soup of triangles.
 pub(crate) fn triangles(points: Vec<DVec3>, corners: Vec<u32>) -> Result<PolygonSoup, Failure> {
-    let faces = corners.len() / 3;
-    let ends = (1..=faces as u64).map(|face| (3 * face) as u32).collect();
+    let count = u32::try_from(corners.len()).map_err(|_| {
+        Failure::new(
+            "TooLargeError",
+            format!("{} corners are too many: their numbers have 32 bits", corners.len()),
+        )
+    })?;
+    let ends = (1..=count / 3).map(|face| 3 * face).collect();
     PolygonSoup::from_parts(points, corners, ends)
         .map_err(|error| Failure::new("TooLargeError", error))
 }
@@ -145,7 +150,7 @@ pub(crate) fn check(soup: &PolygonSoup) -> Result<(), Failure> {
     let is_bad = |face: &[u32]| face.iter().any(|&v| v as usize >= count);
     if soup.corners().iter().any(|&v| v as usize >= count) {
         let bad = || soup.faces().enumerate().filter(|(_, face)| is_bad(face));
-        let first: Vec<u32> = bad().take(MOST).map(|(face, _)| face as u32).collect();
+        let first: Vec<u32> = bad().take(MOST).map(|(face, _)| as_u32(face)).collect();
         let message = format!(
             "face {} refers to a vertex that is not there: there are {count}; \
              `curvmesh.repair(mesh, drop_out_of_range=True)` drops such faces",
@@ -163,7 +168,7 @@ pub(crate) fn check(soup: &PolygonSoup) -> Result<(), Failure> {
              invents coordinates"
         );
         return Err(Failure::new("NotFiniteError", message)
-            .ids("vertices", not_finite().take(MOST).map(|(v, _)| v as u32).collect())
+            .ids("vertices", not_finite().take(MOST).map(|(v, _)| as_u32(v)).collect())
             .count(not_finite().count()));
     }
     Ok(())

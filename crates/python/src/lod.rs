@@ -171,6 +171,6 @@ pub(crate) fn representatives<'py>(
 ) -> PyResult<Bound<'py, PyArray1<i32>>> {
     let whole = record.content.whole().map_err(|failure| failure.raise(py))?;
     let of_mesh = record.record.log.representatives(&whole.mesh, collapses);
-    let ids = of_mesh.as_slice().iter().map(|v| v.index() as i32).collect();
+    let ids = of_mesh.as_slice().iter().map(|v| v.get().cast_signed()).collect();
     Ok(whole.of_vertices(ids, -1).into_pyarray(py))
 }

@@ -7,7 +7,7 @@ use curvpatch::{
     Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, Patch,
     Shape, SizeOptions, StopReason,
 };
-use mesh_core::{FaceId, Handle};
+use mesh_core::{FaceId, Handle, as_u32};
 use mesh_work::{PatchMesh, cover_model, patch_of_radius, patch_within, splat_model};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -162,7 +162,7 @@ impl CoverData {
         };
         let faces = all.iter().map(|p| p.fit.point.face().get()).collect();
         found.set_item("face", signed(faces).into_pyarray(py))?;
-        let covered: Vec<i32> = all.iter().map(|p| p.faces.len() as i32).collect();
+        let covered: Vec<i32> = all.iter().map(|p| as_u32(p.faces.len()).cast_signed()).collect();
         found.set_item("faces", covered.into_pyarray(py))?;
         found.set_item("radius", numbers(&|p| p.fit.curvature.radius))?;
         found
@@ -189,7 +189,7 @@ impl CoverData {
     /// For each face the first patch that covers it, -1 for none.
     fn patch_of_face<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
         let of = self.cover.patch_of_face.as_slice().iter();
-        let ids: Vec<i32> = of.map(|patch| patch.map_or(-1, |patch| patch as i32)).collect();
+        let ids: Vec<i32> = of.map(|patch| patch.map_or(-1, |patch| patch.cast_signed())).collect();
         ids.into_pyarray(py)
     }
 

@@ -8,6 +8,7 @@ use ::simplify::{
     LogEntry, Options, Phase, Preset, Progress, Simplified, Target, simplify_observed,
     simplify_with,
 };
+use mesh_core::as_u32;
 use mesh_work::{AttributeRules, Attributes, Choices, ConstraintChoices, LevelRecord};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -252,10 +253,10 @@ pub(crate) fn simplify<'py>(
         let model =
             attributes.carry(source, &result.mesh, &result.vertex_map).map_err(Failure::from)?;
         let map = result.vertex_map.as_slice().iter();
-        let map = map.map(|v| v.map_or(-1, |v| v.index() as i32)).collect();
+        let map = map.map(|v| v.map_or(-1, |v| v.get().cast_signed())).collect();
         let charts = attributes.merged().map(|[before, after]| (before, after));
         let wanted = options.target.face_target(whole.mesh.topology().face_count());
-        let room = charts.map(|_| wanted as u32);
+        let room = charts.map(|_| as_u32(wanted));
         let (mesh, map) = (MeshData::new(model, false), whole.of_vertices(map, -1));
         Ok(Done { mesh, map, charts, room, result })
     })?;
