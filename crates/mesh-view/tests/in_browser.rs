@@ -418,7 +418,7 @@ fn the_keyboard_reaches_everything() {
     browser.press("x");
     assert!(browser.eval("document.getElementById('live').textContent.length > 5") == true);
     for (key, state) in
-        [("f", "smooth"), ("e", "edges"), ("o", "perspective"), ("a", "layout"), ("c", "color")]
+        [("g", "smooth"), ("e", "edges"), ("o", "perspective"), ("a", "layout"), ("c", "color")]
     {
         let before = browser.eval(&format!("curvmesh.state.{state}"));
         browser.press(key);
@@ -429,6 +429,149 @@ fn the_keyboard_reaches_everything() {
     assert_ne!(browser.text("document.documentElement.dataset.theme"), theme);
     browser.press("s");
     browser.wait_for("curvmesh.saved > 1000");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn zoom_goes_to_the_pointer_and_double_clicks_centre() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Camera", vec![exhibit("torus")]));
+    browser.open_view(&path);
+    let corner = browser.eval(
+        "(() => { const r = canvas.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()",
+    );
+    let corner: Vec<f64> = serde_json::from_value(corner).unwrap();
+    let find = "(() => { for (let x = 200; x < 700; x += 7) { const h = curvmesh.point(x, 300); if (h) return [x + 7, curvmesh.point(x + 7, 300).world]; } })()";
+    let found = browser.eval(find);
+    let x = found[0].as_f64().unwrap();
+    let distance = |a: &Value, b: &Value| {
+        let pairs = (0..3).map(|i| a[i].as_f64().unwrap() - b[i].as_f64().unwrap());
+        pairs.map(|d| d * d).sum::<f64>().sqrt()
+    };
+    for perspective in ["on", "off"] {
+        browser.press("0");
+        browser.set("perspective", perspective);
+        let before = browser.eval(&format!("curvmesh.point({x}, 300).world"));
+        let half = browser.number("curvmesh.state.half");
+        for _ in 0..8 {
+            browser.call(
+                "Input.dispatchMouseEvent",
+                serde_json::json!({ "type": "mouseWheel", "x": corner[0] + x, "y": corner[1] + 300.0, "deltaX": 0, "deltaY": -60 }),
+            );
+        }
+        browser.settle();
+        assert!(browser.number("curvmesh.state.half") < 0.5 * half);
+        let after = browser.eval(&format!("curvmesh.point({x}, 300).world"));
+        // A pixel is about 0.03 wide at first.
+        assert!(distance(&before, &after) < 0.05, "{perspective}: {before} {after}");
+    }
+    // F shows all of it again and leaves the direction alone.
+    browser.press("0");
+    browser.press("ArrowLeft");
+    let (turned, half) =
+        (browser.eval("curvmesh.state.turn"), browser.number("curvmesh.state.half"));
+    for _ in 0..5 {
+        browser.press("+");
+    }
+    assert!(browser.number("curvmesh.state.half") < 0.6 * half);
+    browser.press("f");
+    assert_eq!(browser.eval("curvmesh.state.turn"), turned);
+    assert!((browser.number("curvmesh.state.half") / half - 1.0).abs() < 0.1);
+    // The clicked point comes to the middle.
+    let clicked = browser.eval(find);
+    let x = clicked[0].as_f64().unwrap();
+    for clicks in [1, 2] {
+        for kind in ["mousePressed", "mouseReleased"] {
+            browser.call(
+                "Input.dispatchMouseEvent",
+                serde_json::json!({ "type": kind, "x": corner[0] + x, "y": corner[1] + 300.0, "button": "left", "clickCount": clicks }),
+            );
+        }
+    }
+    browser.settle();
+    let middle = format!("curvmesh.point({}, {}).world", corner[2] / 2.0, corner[3] / 2.0);
+    let middle = browser.eval(&middle);
+    assert!(distance(&middle, &clicked[1]) < 0.05, "{middle} {clicked}");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn keys_belong_to_the_picture() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Keys", vec![exhibit("torus")]));
+    browser.open_view(&path);
+    let state = "JSON.stringify(curvmesh.state)";
+    for place in ["document.activeElement.blur()", "document.getElementById('edges').focus()"] {
+        browser.eval(&format!("{place}; 1"));
+        let before = browser.text(state);
+        for key in ["e", "g", "d", "1", "+", "ArrowLeft"] {
+            browser.press(key);
+        }
+        assert_eq!(browser.text(state), before, "{place}");
+    }
+    browser.drag([300.0, 400.0], [301.0, 400.0]);
+    let before = browser.text(state);
+    browser.press("e");
+    assert_ne!(browser.text(state), before, "a click gives the keys to the picture");
+}
+
+/// A copied link shows the same picture in a new window; a damaged one does no harm.
+#[test]
+fn a_link_restores_the_view() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Link", vec![exhibit("one"), exhibit("two")]));
+    browser.open_view(&path);
+    assert_eq!(browser.text("location.hash"), "");
+    browser.set("up", "z");
+    browser.set("smooth", "on");
+    browser.set("color", "face:area");
+    browser.set("map", "magma");
+    browser.set("low", "0.4");
+    browser.set("high", "0.6");
+    browser.set("layout", "one");
+    browser.set("one", "1");
+    browser.set("theme", "dark");
+    browser.eval("document.querySelector('[data-overlay=\"Sharp edges\"]').click(); 1");
+    browser.drag([400.0, 400.0], [500.0, 430.0]);
+    browser.press("+");
+    browser.mouse("mouseMoved", [5.0, 5.0], false);
+    browser.eval("canvas.style.outline = 'none'; curvmesh.point(1, 1); 1");
+    browser.settle();
+    browser.eval("Object.defineProperty(navigator, 'clipboard', { value: { writeText: async text => { window.copied = text; } } }); document.getElementById('link').click(); 1");
+    browser.wait_for("Boolean(window.copied)");
+    assert!(browser.text("copied").starts_with("file://"));
+    let hash = browser.text("copied.split('#')[1]");
+    assert_eq!(browser.text("location.hash.slice(1)"), hash);
+    let first = browser.canvas();
+    let state = "(({ picked, low, high, turn, ...rest }) => JSON.stringify([rest.up, rest.smooth, rest.color, rest.map, rest.layout, rest.one, rest.theme, low, high, [...rest.overlays]]))(curvmesh.state)";
+    let wanted = browser.text(state);
+    drop(browser);
+
+    let mut browser = Browser::start(LARGE).unwrap();
+    let address = format!("file://{}#{hash}", path.canonicalize().unwrap().display());
+    let open = |browser: &mut Browser, address: &str| {
+        browser.call("Page.navigate", serde_json::json!({ "url": "about:blank" }));
+        browser.call("Page.navigate", serde_json::json!({ "url": address }));
+        browser.wait_for("Boolean(window.curvmesh && (curvmesh.ready || curvmesh.error))");
+        assert_eq!(browser.eval("curvmesh.error"), Value::Null);
+        browser.eval("canvas.style.outline = 'none'; 1");
+        browser.settle();
+    };
+    open(&mut browser, &address);
+    assert_eq!(browser.text(state), wanted);
+    assert!(browser.canvas().difference(&first) < 0.002);
+    for (id, value) in [("up", "z"), ("color", "face:area"), ("one", "1"), ("range", "given")] {
+        assert_eq!(browser.text(&format!("document.getElementById('{id}').value")), value);
+    }
+    assert!(browser.eval("document.getElementById('smooth').checked") == true);
+    // Another link in the same window.
+    browser.eval("location.hash = ''; 1");
+    browser.wait_for("curvmesh.state.layout === 'side' && curvmesh.state.map === 'auto'");
+
+    let damaged = "turn=0,0,0,0&target=1,2&half=-3&up=w&color=no&layout=<b>&level=9&lines=7&sharp=NaN&ends=1&wipe=1e999&map=%00";
+    open(&mut browser, &format!("file://{}#{damaged}", path.canonicalize().unwrap().display()));
+    assert_eq!(browser.text("curvmesh.state.layout"), "side");
+    assert!(browser.canvas().inked() > 0.1);
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 

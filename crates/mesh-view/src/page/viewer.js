@@ -278,9 +278,25 @@ function pan(dx, dy) {
   state.target = state.target.map((t, i) => t - state.half * (dx * right[i] - dy * up[i]));
   redraw();
 }
-function zoom(factor) {
-  state.half = Math.min(Math.max(state.half * factor, 1e-5 * radius()), 50 * radius());
+// All distances to `fixed` change by the factor, so that this point stays where it is on the screen.
+function zoom(factor, fixed = state.target) {
+  const before = state.half;
+  state.half = Math.min(Math.max(before * factor, 1e-5 * radius()), 50 * radius());
+  state.target = state.target.map((t, i) => fixed[i] + (t - fixed[i]) * state.half / before);
   redraw();
+}
+// Places of files in the coordinates of the camera target.
+const inScene = (mesh, world) => world.map((x, i) => state.together ? x - sceneCenter[i] : (x - mesh.source.center[i]) * largest / mesh.radius);
+// What a zoom at a place of the canvas keeps there: the surface, or the plane of the target beside it.
+function anchorAt(x, y) {
+  const hit = pick(x, y);
+  if (hit) return inScene(hit.mesh, hit.world);
+  const width = canvas.clientWidth, height = canvas.clientHeight, up = height - y;
+  const cell = cells(width, height).find(c => x >= c.clip[0] && x < c.clip[0] + c.clip[1] && up >= c.y && up < c.y + c.height);
+  if (!cell) return state.target;
+  const half = state.half / Math.min(1, cell.width / cell.height), scale = 2 * half / cell.height, [right, above] = rows(state.turn);
+  const [dx, dy] = [(x - cell.x - cell.width / 2) * scale, (up - cell.y - cell.height / 2) * scale];
+  return state.target.map((t, i) => t + dx * right[i] + dy * above[i]);
 }
 
 // ---------------------------------------------------------------- colours of values
@@ -751,6 +767,7 @@ function redraw() {
     fitCanvas();
     draw(canvas.width, canvas.height, ratio());
     showNames();
+    writeLater();
     viewer.frames++;
     if (!viewer.ready) { viewer.ready = true; gl.finish(); viewer.loaded = performance.now() - started; viewer.first = performance.now(); }
   });
@@ -969,14 +986,19 @@ function buildControls() {
     view.push(line, wipeLine, oneLine, blinkLine, level, togetherLine);
   }
   let lineOf;
-  [lineOf, controls.smooth] = checkbox('Smooth shading (F)', state.smooth, x => { state.smooth = x; redraw(); }, 'smooth'); view.push(lineOf);
+  [lineOf, controls.smooth] = checkbox('Smooth shading (G)', state.smooth, x => { state.smooth = x; redraw(); }, 'smooth'); view.push(lineOf);
   [lineOf, controls.edges] = checkbox('Edges (E)', state.edges, x => { state.edges = x; redraw(); }, 'edges'); view.push(lineOf);
   [lineOf, controls.backs] = checkbox('Tint what is seen from behind', state.backs, x => { state.backs = x; redraw(); }, 'backs'); view.push(lineOf);
   [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
   [lineOf, controls.theme] = select('Brightness', [['auto', 'As the system'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
   const sides = make('div', { className: 'buttons', role: 'group', 'aria-label': 'Look from' }, ...SIDES.map(([name, q], i) => button(name, () => { state.turn = normalized(upright(q)); redraw(); }, '', 'Key ' + (i + 1))));
-  view.push(sides, make('div', { className: 'buttons' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Save picture', savePicture, 'save', 'Key S')));
+  view.push(sides, make('div', { className: 'buttons two' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Frame the mesh', () => { fit(); redraw(); }, 'frame', 'Key F'), button('Save picture', savePicture, 'save', 'Key S'), button('Copy link', copyLink, 'link', 'The address with this view and these settings')));
+
+  controls.address = make('input', { type: 'text', readOnly: true, id: 'address' });
+  const address = labelled('Link', controls.address);
+  address.hidden = true;
+  view.push(address);
 
   [lineOf, controls.color] = select('Colour by', COLORS, state.color, setColor, 'color'); colors.push(lineOf);
   const mapNames = [['auto', 'Usual'], ...maps.map(m => [m.name, m.name])];
@@ -999,8 +1021,8 @@ function buildControls() {
 
   const toggle = name => { const [line, input] = checkbox(name, state.overlays.has(name), x => { if (x) state.overlays.add(name); else state.overlays.delete(name); redraw(); }); input.dataset.overlay = name; return line; };
   lines.push(toggle('Boundary'), toggle('Non-manifold edges'), toggle('Sharp edges'));
-  [lineOf, controls.sharp] = slider('Sharp from (degrees)', [1, 179, 1], state.sharp, x => { state.sharp = x; sharpOut.textContent = x + '°'; redraw(); }, 'sharp');
-  const sharpOut = make('output', { textContent: state.sharp + '°' }); lineOf.append(sharpOut); lines.push(lineOf);
+  [lineOf, controls.sharp] = slider('Sharp from (degrees)', [1, 179, 1], state.sharp, x => { state.sharp = x; controls.sharpOut.textContent = x + '°'; redraw(); }, 'sharp');
+  controls.sharpOut = make('output', { textContent: state.sharp + '°' }); lineOf.append(controls.sharpOut); lines.push(lineOf);
   const own = [...new Set(meshes.flatMap(m => m.source.lines.map(l => l.name)))], directions = [...new Set(meshes.flatMap(m => m.source.directions.map(l => l.name)))];
   for (const name of [...own, ...directions]) lines.push(toggle(name));
   if (directions.length) { [lineOf, controls.length] = slider('Length of directions', [0.2, 4, 0.1], state.length, x => { state.length = x; redraw(); }, 'length'); lines.push(lineOf); }
@@ -1011,8 +1033,16 @@ function buildControls() {
   facts.append(section('Keys', false, make('dl', { className: 'keys' }, ...KEYS.flatMap(([key, what]) => [make('dt', {}, make('kbd', { textContent: key })), make('dd', { textContent: what })]))));
 }
 
+// After a link was read: every control as the state is.
+function showControls() {
+  for (const name of ['smooth', 'edges', 'backs', 'perspective', 'blink', 'together', 'symmetric', 'log']) if (controls[name]) controls[name].checked = state[name];
+  for (const name of ['layout', 'wipe', 'one', 'theme', 'up', 'color', 'map', 'range', 'sharp', 'length']) if (controls[name]) controls[name].value = String(state[name]);
+  for (const input of panel.querySelectorAll('[data-overlay]')) input.checked = state.overlays.has(input.dataset.overlay);
+  controls.sharpOut.textContent = state.sharp + '°';
+}
+
 const KEYS = [['Arrows', 'turn (with Shift: move)'], ['+ −', 'nearer, farther'], [', .', 'roll'], ['0', 'the first view'], ['1 … 6', 'from the front, back, left, right, top, bottom'],
-  ['X', 'read the middle of the picture'], ['C', 'next colours'], ['F', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
+  ['X', 'read the middle of the picture'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
 const R = Math.SQRT1_2;
 const SIDES = [['Front', [0, 0, 0, 1]], ['Back', [0, 1, 0, 0]], ['Left', [0, R, 0, R]], ['Right', [0, -R, 0, R]], ['Top', [R, 0, 0, R]], ['Bottom', [-R, 0, 0, R]]];
 
@@ -1190,8 +1220,9 @@ viewer.save = savePicture;
 
 const fingers = new Map();
 const local = event => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
-let moved = 0, waiting = null;
+let moved = 0, waiting = null, anchor = null;
 canvas.addEventListener('pointerdown', event => {
+  anchor = null;
   canvas.setPointerCapture(event.pointerId);
   fingers.set(event.pointerId, { at: local(event), button: event.button, pan: event.shiftKey || event.ctrlKey || event.button > 0 });
   moved = 0;
@@ -1199,6 +1230,7 @@ canvas.addEventListener('pointerdown', event => {
 canvas.addEventListener('pointermove', event => {
   const finger = fingers.get(event.pointerId), at = local(event);
   if (!finger) {
+    anchor = null;
     if (event.pointerType !== 'touch') { waiting ??= requestAnimationFrame(() => { waiting = null; point(...waitingAt, false); }); waitingAt = at; }
     return;
   }
@@ -1211,7 +1243,8 @@ canvas.addEventListener('pointermove', event => {
     const other = [...fingers].find(([id]) => id !== event.pointerId)[1];
     const before = Math.hypot(finger.at[0] - other.at[0], finger.at[1] - other.at[1]), now = Math.hypot(at[0] - other.at[0], at[1] - other.at[1]);
     if (before > 0 && now > 0) {
-      zoom(before / now);
+      anchor ??= anchorAt(0.5 * (at[0] + other.at[0]), 0.5 * (at[1] + other.at[1]));
+      zoom(before / now, anchor);
       const angle = Math.atan2(at[1] - other.at[1], at[0] - other.at[0]) - Math.atan2(finger.at[1] - other.at[1], finger.at[0] - other.at[0]);
       if (Math.abs(angle) < 1) roll(-angle);
     }
@@ -1228,9 +1261,19 @@ const lift = event => {
 canvas.addEventListener('pointerup', lift);
 canvas.addEventListener('pointercancel', lift);
 canvas.addEventListener('contextmenu', event => event.preventDefault());
-canvas.addEventListener('wheel', event => { event.preventDefault(); zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY * (event.deltaMode ? 30 : 1))) * 0.0022)); }, { passive: false });
-canvas.addEventListener('dblclick', () => { if (state.picked) { const { world, mesh } = state.picked;
-  state.target = world.map((x, i) => state.together ? x - sceneCenter[i] : (x - mesh.source.center[i]) * largest / mesh.radius); state.half *= 0.6; redraw(); } });
+canvas.addEventListener('wheel', event => {
+  event.preventDefault();
+  // While the pointer rests, the point under it stays the same.
+  anchor ??= anchorAt(...local(event));
+  zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY * (event.deltaMode ? 30 : 1))) * 0.0022), anchor);
+}, { passive: false });
+canvas.addEventListener('dblclick', event => {
+  const hit = pick(...local(event));
+  if (!hit) return;
+  state.target = inScene(hit.mesh, hit.world);
+  anchor = null;
+  redraw();
+});
 
 const flip = name => { controls[name].checked = state[name] = !state[name]; redraw(); };
 const next = (list, value) => list[(list.indexOf(value) + 1) % list.length];
@@ -1252,17 +1295,16 @@ const ACTIONS = {
   '+': () => zoom(1 / 1.15), '=': () => zoom(1 / 1.15), '-': () => zoom(1.15), ',': () => roll(0.1), '.': () => roll(-0.1),
   '0': () => { resetCamera(); redraw(); }, Home: () => { resetCamera(); redraw(); },
   x: () => { element('cross').hidden = false; point(canvas.clientWidth / 2, canvas.clientHeight / 2, true); },
-  c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
+  c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(); redraw(); }, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
   a: () => { if (controls.layout) { state.layout = next([...controls.layout.options].map(o => o.value), state.layout); showLayout(); redraw(); } },
   b: nextMesh, '[': () => moveBorder(-0.05), ']': () => moveBorder(0.05),
   d: () => { state.theme = themeNow() === 'dark' ? 'light' : 'dark'; showTheme(); }, s: savePicture,
 };
-document.addEventListener('keydown', event => {
+// Keys belong to the picture only: elsewhere, letters are for controls and for readers of the screen.
+canvas.addEventListener('keydown', event => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== 'checkbox') return;
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-  // Arrows scroll the panel where it has the focus.
-  if (arrows && (event.target === canvas || event.target === document.body)) {
+  if (arrows) {
     if (event.shiftKey) pan(arrows[0] * 0.08, arrows[1] * 0.08); else turn(arrows[0] * 0.12, arrows[1] * 0.12);
     event.preventDefault();
     return;
@@ -1272,6 +1314,80 @@ document.addEventListener('keydown', event => {
   const action = ACTIONS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (action) { action(); event.preventDefault(); }
 });
+
+// ---------------------------------------------------------------- the link to this view
+
+const flag = name => ({ get: () => state[name] ? '1' : '0', set: text => { state[name] = text === '1'; } });
+const amount = (name, low, high) => ({ get: () => digits(state[name], 6), set: text => { const x = Number(text); if (text !== '' && x >= low && x <= high) state[name] = x; } });
+const choice = (name, list) => ({ get: () => String(state[name]), set: text => { if (list().includes(text)) state[name] = text; } });
+const vector = (name, count, made = x => x) => ({
+  get: () => state[name].map(x => digits(x, 7)).join(),
+  set: text => { const list = text.split(',').map(Number); if (list.length === count && list.every(Number.isFinite) && (count < 4 || Math.hypot(...list) > 0.1)) state[name] = made(list); },
+});
+const optionsOf = name => () => controls[name] ? [...controls[name].options].map(o => o.value) : [state[name]];
+// What a link holds, in the order in which it is set. Texts from links are checked like any input.
+const LINKED = {
+  layout: choice('layout', optionsOf('layout')), wipe: amount('wipe', 0, meshes.length - 1), blink: flag('blink'), together: flag('together'),
+  level: { get: () => String(state.one), set: text => { if (/^[0-9]+$/.test(text) && Number(text) < meshes.length) state.one = Number(text); } },
+  smooth: flag('smooth'), edges: flag('edges'), backs: flag('backs'), perspective: flag('perspective'),
+  theme: choice('theme', optionsOf('theme')), up: choice('up', optionsOf('up')),
+  color: { get: () => state.color, set: text => { if (COLORS.some(([key]) => key === text)) setColor(text); } },
+  map: choice('map', optionsOf('map')), symmetric: flag('symmetric'), log: flag('log'), range: choice('range', optionsOf('range')),
+  ends: {
+    get: () => state.range === 'given' ? [state.low, state.high].join() : '',
+    set: text => { const [low, high] = text.split(',').map(Number); if (state.range === 'given' && low < high && Number.isFinite(high - low) && !(state.log && low <= 0)) { state.low = low; state.high = high; } },
+  },
+  lines: {
+    get: () => JSON.stringify([...state.overlays].sort()),
+    set: text => { try { const names = JSON.parse(text); state.overlays = new Set([...panel.querySelectorAll('[data-overlay]')].map(i => i.dataset.overlay).filter(n => names.includes(n))); } catch { /* not a list: a damaged link changes nothing */ } },
+  },
+  sharp: amount('sharp', 1, 179), length: amount('length', 0.2, 4),
+  turn: vector('turn', 4, normalized), target: vector('target', 3), half: amount('half', 0, Infinity),
+};
+let initial = null, written = '', writing = null;
+const settings = () => Object.fromEntries(Object.entries(LINKED).map(([name, { get }]) => [name, get()]));
+// Only what differs from the page as it opened.
+function linkText() {
+  const now = settings(), parts = new URLSearchParams();
+  for (const name in now) if (now[name] !== initial[name]) parts.set(name, now[name]);
+  const text = String(parts);
+  return text && '#' + text;
+}
+function writeLink() {
+  clearTimeout(writing); writing = null;
+  if (!initial || linkText() === written) return;
+  written = linkText();
+  // Some frames may not change their address; the button then still tells it.
+  try { history.replaceState(null, '', written || location.pathname + location.search); } catch { viewer.link = written; }
+}
+// Addresses may only change a few times per second.
+function writeLater() { if (initial && !writing) writing = setTimeout(writeLink, 400); }
+function readLink() {
+  const parts = new URLSearchParams(location.hash.slice(1));
+  for (const [name, { set }] of Object.entries(LINKED)) set(parts.get(name) ?? initial[name]);
+  state.half = Math.min(Math.max(state.half, 1e-5 * radius()), 50 * radius());
+  if (isField(state.color)) setRange();
+  anchor = null;
+  showControls();
+  showLayout(); showTheme(); showFacts();
+  written = linkText();
+}
+async function copyLink() {
+  writeLink();
+  const address = location.href.split('#')[0] + written, said = element('link');
+  try {
+    await navigator.clipboard.writeText(address);
+    said.textContent = 'Copied';
+    live.textContent = 'The link is copied';
+    setTimeout(() => { said.textContent = 'Copy link'; }, 2000);
+  } catch {
+    // Without the right to copy, the address is there to be copied by hand.
+    controls.address.parentElement.hidden = false;
+    controls.address.value = address;
+    controls.address.select();
+  }
+}
+addEventListener('hashchange', () => { if (location.hash !== written) readLink(); });
 
 canvas.addEventListener('webglcontextlost', event => event.preventDefault());
 canvas.addEventListener('webglcontextrestored', () => { start(); redraw(); });
@@ -1290,6 +1406,8 @@ try {
   setColor(page.start.color === 'plain' ? 'plain' : first[0]);
   if (page.start.range && isField(state.color)) { state.range = 'given'; [state.low, state.high] = page.start.range; state.symmetric = controls.symmetric.checked &&= state.low === -state.high; setRange(); }
   showTheme();
+  initial = settings();
+  readLink();
 } catch (error) {
   viewer.error = String(error);
   element('problem').hidden = false;
