@@ -36,6 +36,7 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
 <div id="names" aria-hidden="true"></div>
 <div id="bar" role="img" hidden><div id="quantity"></div><div id="ramp"></div><div id="ticks"></div></div>
 <div id="cross" hidden></div>
+<div id="length-of" aria-hidden="true" hidden></div>
 <div id="problem" role="alert" hidden><p>The picture needs WebGL 2, which this browser does not have or has switched off.</p></div>
 <noscript><p>The picture needs JavaScript. Nothing is loaded from anywhere.</p></noscript>
 </main>

@@ -575,6 +575,115 @@ fn a_link_restores_the_view() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// A square of side 3 and one in front of it: lengths and cuts are known.
+#[test]
+fn distances_are_measured_and_planes_cut() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let square = |z: f64, half: f64| {
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .map(|[x, y]| DVec3::new(half * x, half * y, z))
+    };
+    let positions = [square(0.0, 1.5), square(2.0, 0.5)].concat();
+    let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+    let shown = Exhibit { name: "squares".into(), positions, triangles, ..Exhibit::default() };
+    let (_folder, path) = file(&Page::new("Squares", vec![shown]));
+    browser.open_view(&path);
+    browser.press("1");
+    browser.set("perspective", "off");
+    browser.press("f");
+    let middle: Vec<f64> = serde_json::from_value(browser.eval(
+        "(() => { const r = canvas.getBoundingClientRect(); return [r.width / 2, r.height / 2, r.x, r.y, r.height / 2 / curvmesh.state.half]; })()",
+    ))
+    .unwrap();
+    // The place of the window where a point of the model is seen.
+    let at = |x: f64, y: f64| {
+        [middle[2] + middle[0] + x * middle[4], middle[3] + middle[1] - y * middle[4]]
+    };
+    let click = |browser: &mut Browser, place: [f64; 2]| {
+        browser.mouse("mousePressed", place, true);
+        browser.mouse("mouseReleased", place, false);
+        browser.settle();
+    };
+    browser.press("m");
+    assert_eq!(
+        browser.text("document.getElementById('measure').getAttribute('aria-pressed')"),
+        "true"
+    );
+    let bare = browser.canvas();
+    click(&mut browser, at(-1.0, -1.0));
+    click(&mut browser, at(1.0, 1.0));
+    let length: f64 =
+        browser.text("document.getElementById('length-of').textContent").parse().unwrap();
+    // A click is exact to half a pixel, which is about 0.005 here.
+    assert!((length - 8.0_f64.sqrt()).abs() < 0.02, "{length}");
+    let line = browser.canvas();
+    assert!(line.difference(&bare) > 1e-3, "{}", line.difference(&bare));
+    // From the back square to the front one: the depth counts.
+    click(&mut browser, at(-1.0, 0.0));
+    click(&mut browser, at(0.0, 0.0));
+    let length: f64 =
+        browser.text("document.getElementById('length-of').textContent").parse().unwrap();
+    assert!((length - 5.0_f64.sqrt()).abs() < 0.02, "{length}");
+    let said = browser.text("document.getElementById('live').textContent");
+    assert!(said.starts_with("Distance 2.2"), "{said}");
+    browser.press("m");
+    assert!(browser.eval("document.getElementById('length-of').hidden") == true);
+
+    // A plane across z between both leaves the back one, the other side the front one.
+    let depth = |browser: &mut Browser| {
+        browser.number(&format!("curvmesh.point({}, {})?.world[2] ?? -9", middle[0], middle[1]))
+    };
+    assert!((depth(&mut browser) - 2.0).abs() < 1e-3);
+    let whole = browser.canvas();
+    browser.set("cut", "z");
+    assert!(depth(&mut browser).abs() < 1e-3, "the front square is cut off");
+    browser.set("cut-other", "on");
+    assert!((depth(&mut browser) - 2.0).abs() < 1e-3);
+    let corner = browser.eval(&format!(
+        "curvmesh.point({}, {})",
+        middle[0] - middle[4],
+        middle[1] - middle[4]
+    ));
+    assert!(corner.is_null(), "the back square is cut off: {corner}");
+    assert!(browser.canvas().difference(&whole) > 0.1);
+    // Across x, a third of the way from the middle to the right end.
+    browser.set("cut-other", "off");
+    browser.set("cut", "x");
+    browser.set("cut-at", "0.335");
+    for (x, there) in [(0.45, true), (0.55, false), (1.2, false), (-1.2, true)] {
+        let hit =
+            browser.eval(&format!("curvmesh.point({}, {})", middle[0] + x * middle[4], middle[1]));
+        assert_eq!(!hit.is_null(), there, "{x}");
+    }
+    // Along the view, the plane turns with the camera.
+    browser.set("cut", "view");
+    browser.set("cut-at", "0");
+    assert!(depth(&mut browser).abs() < 1e-3);
+    browser.press("2");
+    assert!((depth(&mut browser) - 2.0).abs() < 1e-3, "from behind, the back one is nearer");
+    browser.set("cut", "none");
+    assert!(depth(&mut browser).abs() < 1e-3);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+/// Nothing starts by itself for people who asked their system for less motion.
+#[test]
+fn reduced_motion_is_respected() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mut page = Page::new("Still", vec![exhibit("one"), exhibit("two")]);
+    page.layout = Layout::Blink;
+    let (_folder, path) = file(&page);
+    for (wish, moves) in [("no-preference", true), ("reduce", false)] {
+        let features = serde_json::json!([{ "name": "prefers-reduced-motion", "value": wish }]);
+        browser.call("Emulation.setEmulatedMedia", serde_json::json!({ "features": features }));
+        browser.open_view(&path);
+        assert_eq!(browser.eval("document.getElementById('blink').checked"), moves, "{wish}");
+        assert_eq!(browser.eval("curvmesh.state.blink"), moves, "{wish}");
+    }
+    browser.press("b");
+    assert_eq!(browser.number("curvmesh.state.shown"), 1.0);
+}
+
 /// WCAG 2.1: contrast of text at least 4.5 to 1, of control borders and focus at least 3 to 1.
 #[test]
 fn contrast_is_enough() {

@@ -209,8 +209,9 @@ const most = Math.max(...meshes.map(m => m.faces));
 const state = {
   layout: page.layout, color: 'plain', map: 'auto', range: 'auto', low: 0, high: 1, symmetric: false, log: false,
   smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true,
-  overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: true, shown: 0,
-  theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, cross: false, picked: null,
+  overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: !matchMedia('(prefers-reduced-motion: reduce)').matches, shown: 0,
+  theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, picked: null,
+  measuring: false, ends: [], cut: 'none', cutAt: 0, cutOther: false,
 };
 const FOV = 28 * Math.PI / 180;
 const normalized = q => { const n = Math.hypot(...q); return q.map(x => x / n); };
@@ -361,7 +362,8 @@ const LOOKUP = `
 uniform usampler2D tIndex; uniform sampler2D tPosition;
 uniform mat3 uTurn; uniform vec3 uOffset; uniform float uScale; uniform float uAway; uniform mat4 uProjection;
 ivec2 at(int i) { return ivec2(i & 4095, i >> 12); }
-vec3 seen(vec3 p) { return uTurn * (p * uScale + uOffset) - vec3(0., 0., uAway); }
+uniform vec4 uCut; out float vCut;
+vec3 seen(vec3 p) { vCut = dot(uCut.xyz, p * uScale + uOffset) - uCut.w; return uTurn * (p * uScale + uOffset) - vec3(0., 0., uAway); }
 `;
 const FACES = [`${HEAD}${LOOKUP}
 uniform isampler2D tNormal; uniform sampler2D tValue; uniform usampler2D tUvIndex; uniform sampler2D tUv;
@@ -396,10 +398,11 @@ void main() {
   vEye = seen(p);
   gl_Position = uProjection * vec4(vEye, 1.);
 }`, `${HEAD}
-in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase;
+in float vCut; in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase;
 uniform int uMode; uniform sampler2D tMap; uniform sampler2DArray tImages; uniform vec2 uRange; uniform bool uLog; uniform bool uEdges; uniform bool uBacks; uniform vec3 uEdgeColor;
 out vec4 color;
 void main() {
+  if (vCut > 0.) discard;
   vec3 base = vColor.rgb; float alpha = 1.; vec3 n = normalize(vNormal); float rough = 1., metal = 0.;
   if (uMode == 1 || uMode == 2) {
     float x = vValue.x; bool missing = vValue.y > .001;
@@ -435,12 +438,12 @@ void main() {
   vFace = uint(face);
   gl_Position = uProjection * vec4(seen(texelFetch(tPosition, at(v), 0).xyz), 1.);
 }`, `${HEAD}
-flat in uint vFace; uniform uint uMesh; out uvec2 id;
-void main() { id = uvec2(uMesh + 1u, vFace); }`];
+flat in uint vFace; in float vCut; uniform uint uMesh; out uvec2 id;
+void main() { if (vCut > 0.) discard; id = uvec2(uMesh + 1u, vFace); }`];
 const LINES = [`${HEAD}
 layout(location = 0) in vec3 a; layout(location = 1) in vec3 b;
-uniform mat3 uTurn; uniform vec3 uOffset; uniform float uScale; uniform float uAway; uniform mat4 uProjection; uniform vec2 uPixel; uniform float uWidth;
-out vec2 vAt; flat out float vLong;
+uniform mat3 uTurn; uniform vec3 uOffset; uniform float uScale; uniform float uAway; uniform mat4 uProjection; uniform vec2 uPixel; uniform float uWidth; uniform vec4 uCut;
+out vec2 vAt; flat out float vLong; out float vCut;
 void main() {
   vec3 p = uTurn * (a * uScale + uOffset) - vec3(0., 0., uAway), q = uTurn * (b * uScale + uOffset) - vec3(0., 0., uAway);
   vec4 s = uProjection * vec4(p, 1.), e = uProjection * vec4(q, 1.);
@@ -451,13 +454,14 @@ void main() {
   vec4 c = end ? e : s; float h = .5 * uWidth;
   vec2 shift = (end ? along : -along) * h + vec2(-along.y, along.x) * side * h;
   vAt = vec2(end ? long_ + h : -h, side * h); vLong = long_;
+  vCut = dot(uCut.xyz, (end ? b : a) * uScale + uOffset) - uCut.w;
   c.xy += shift * uPixel * c.w; c.z -= .0006 * c.w;
   gl_Position = c;
 }`, `${HEAD}
-in vec2 vAt; flat in float vLong; uniform vec4 uColor; uniform float uWidth; out vec4 color;
+in vec2 vAt; in float vCut; flat in float vLong; uniform vec4 uColor; uniform float uWidth; out vec4 color;
 void main() {
   vec2 d = vec2(vAt.x - clamp(vAt.x, 0., vLong), vAt.y);
-  if (length(d) > .5 * uWidth) discard;
+  if (length(d) > .5 * uWidth || vCut > 0.) discard;
   color = uColor;
 }`];
 
@@ -595,6 +599,16 @@ function bindColors(mesh) {
   return 0;
 }
 
+// What is in front of this plane is cut off: its normal, and its distance from the camera target.
+function cutPlane(turned) {
+  // A plane so far away that it cuts nothing.
+  if (state.cut === 'none') return [0, 0, 0, 1];
+  const axis = 'xyz'.indexOf(state.cut), away = axis < 0 ? turned[2] : [0, 1, 2].map(i => Number(i === axis));
+  // Half the size of what there is to cut, in this direction.
+  const reach = axis < 0 ? radius() : state.together ? 0.5 * (sceneHigh[axis] - sceneLow[axis]) : Math.max(...meshes.map(m => 0.5 * m.source.extent[axis] * largest / m.radius));
+  const side = state.cutOther ? -1 : 1;
+  return [...away.map(x => side * x), side * (state.cutAt * reach - dot(away, state.target))];
+}
 function setCamera(p, mesh, aspect) {
   const turned = rows(state.turn), scale = state.together ? 1 : largest / mesh.radius;
   const away = state.half / Math.tan(FOV / 2);
@@ -614,6 +628,7 @@ function setCamera(p, mesh, aspect) {
   }
   gl.uniformMatrix3fv(p.at('uTurn'), true, turned.flat());
   gl.uniform3fv(p.at('uOffset'), offset);
+  gl.uniform4fv(p.at('uCut'), cutPlane(turned));
   gl.uniform1f(p.at('uScale'), scale);
   gl.uniform1f(p.at('uAway'), away);
   gl.uniformMatrix4fv(p.at('uProjection'), false, m);
@@ -740,6 +755,7 @@ function draw(width, height, ratio) {
     setCamera(programs.lines, mesh, aspect);
     const pixel = [2 / cell.width, 2 / cell.height];
     for (const overlay of overlaysOf(mesh)) drawLines(overlay, pixel);
+    drawMeasured(mesh, pixel);
     if (state.picked) {
       const at = state.picked.world.map((x, i) => state.together ? x - mesh.source.center[i] : state.picked.mesh === mesh ? x - mesh.source.center[i] : NaN);
       if (!Number.isNaN(at[0])) {
@@ -752,6 +768,61 @@ function draw(width, height, ratio) {
       }
     }
   }
+}
+
+// The measured line shows through the surface, so that its length is seen from anywhere.
+function drawMeasured(mesh, pixel) {
+  const { ends } = state;
+  if (!ends.length || !(state.together || ends.every(end => end.mesh === mesh))) return;
+  const places = ends.map(end => end.world.map((x, i) => x - mesh.source.center[i]));
+  const line = lineArray(new Float32Array([...places[0], ...places.at(-1)])), dots = lineArray(new Float32Array(places.flatMap(at => [...at, ...at])));
+  gl.disable(gl.DEPTH_TEST);
+  gl.uniform4f(programs.lines.at('uCut'), 0, 0, 0, 1);
+  for (const [color, width, dot] of [[[0, 0, 0], 5, 12], [[1, 0.85, 0], 2.5, 8]]) { drawLines({ ...line, color, width }, pixel); drawLines({ ...dots, color, width: dot }, pixel); }
+  gl.enable(gl.DEPTH_TEST);
+  setCamera(programs.lines, mesh, pixel[1] / pixel[0]);
+  for (const { vao, buffer } of [line, dots]) { gl.deleteVertexArray(vao); gl.deleteBuffer(buffer); }
+}
+const distanceOf = ([a, b]) => Math.hypot(...a.world.map((x, i) => x - b.world[i]));
+function measure(hit) {
+  if (!hit) { live.textContent = 'Nothing here'; return; }
+  if (state.ends.length === 2) state.ends = [];
+  state.ends.push({ mesh: hit.mesh, world: hit.world });
+  showMeasured(true);
+  redraw();
+}
+function showMeasured(aloud) {
+  const [a, b] = state.ends, box = element('measured');
+  let text = !state.measuring ? '' : a ? 'Click the second point.' : 'Click the first point, or press X for the middle of the picture.';
+  if (b) {
+    const across = a.world.map((x, i) => Math.abs(x - b.world[i]));
+    text = `Distance ${digits(distanceOf(state.ends), 5)} (x ${digits(across[0], 4)}, y ${digits(across[1], 4)}, z ${digits(across[2], 4)})`;
+  }
+  box.textContent = text;
+  if (aloud) live.textContent = text;
+}
+function setMeasuring(on) {
+  state.measuring = on;
+  if (!on) state.ends = [];
+  controls.measure.setAttribute('aria-pressed', String(on));
+  controls.measure.textContent = on ? 'Stop measuring (M)' : 'Measure a distance (M)';
+  canvas.classList.toggle('aim', on);
+  showMeasured(true);
+  redraw();
+}
+// The number beside the middle of its line.
+function showLength() {
+  const box = element('length-of'), { ends } = state, width = canvas.width / ratio(), height = canvas.height / ratio();
+  const cell = ends.length === 2 && cells(width, height).find(c => state.together || ends.every(end => end.mesh === c.mesh));
+  box.hidden = !cell;
+  if (!cell) return;
+  const middle = ends[0].world.map((x, i) => 0.5 * (x + ends[1].world[i]));
+  const seen = inScene(cell.mesh, middle).map((x, i) => x - state.target[i]), turned = rows(state.turn).map(row => dot(row, seen));
+  const away = state.half / Math.tan(FOV / 2), nearer = state.perspective ? away / (away - turned[2]) : 1, half = state.half / Math.min(1, cell.width / cell.height);
+  const scale = cell.height / (2 * half) * nearer, x = cell.x + 0.5 * cell.width + turned[0] * scale, y = height - cell.y - 0.5 * cell.height - turned[1] * scale;
+  box.textContent = digits(distanceOf(ends), 5);
+  box.hidden = !(nearer > 0 && x >= 0 && x <= width && y >= 0 && y <= height);
+  box.style.left = x + 'px'; box.style.top = y + 'px';
 }
 
 let asked = false, version = 0;
@@ -767,6 +838,7 @@ function redraw() {
     fitCanvas();
     draw(canvas.width, canvas.height, ratio());
     showNames();
+    showLength();
     writeLater();
     viewer.frames++;
     if (!viewer.ready) { viewer.ready = true; gl.finish(); viewer.loaded = performance.now() - started; viewer.first = performance.now(); }
@@ -924,6 +996,11 @@ function point(x, y, aloud) {
   viewer.picked = hit && { vertex: hit.vertex, face: hit.face, mesh: hit.mesh.number, world: hit.world, rows: describe(hit) };
   return viewer.picked;
 }
+// What a click does: it tells values, or sets an end of the measured line.
+function read(x, y) {
+  point(x, y, !state.measuring);
+  if (state.measuring) measure(state.picked);
+}
 viewer.point = (x, y) => point(x, y, false);
 
 // ---------------------------------------------------------------- controls
@@ -1027,7 +1104,17 @@ function buildControls() {
   for (const name of [...own, ...directions]) lines.push(toggle(name));
   if (directions.length) { [lineOf, controls.length] = slider('Length of directions', [0.2, 4, 0.1], state.length, x => { state.length = x; redraw(); }, 'length'); lines.push(lineOf); }
 
-  panel.append(section('View', true, ...view), section('Colours', true, ...colors), section('Lines', own.length + state.overlays.size > 0, ...lines));
+  controls.measure = button('Measure a distance (M)', () => setMeasuring(!state.measuring), 'measure');
+  controls.measure.setAttribute('aria-pressed', 'false');
+  const cutting = [make('div', { className: 'buttons one' }, controls.measure), make('p', { id: 'measured', className: 'note' })];
+  [lineOf, controls.cut] = select('Cut', [['none', 'Nothing'], ['view', 'What is nearest'], ['x', 'Along x'], ['y', 'Along y'], ['z', 'Along z']], state.cut, x => { state.cut = x; showCut(); redraw(); }, 'cut'); cutting.push(lineOf);
+  [lineOf, controls.cutAt] = slider('Cut at', [-1, 1, 0.005], state.cutAt, x => { state.cutAt = x; redraw(); }, 'cut-at'); cutting.push(lineOf);
+  controls.cutOnly = [lineOf];
+  [lineOf, controls.cutOther] = checkbox('Keep the other side', state.cutOther, x => { state.cutOther = x; redraw(); }, 'cut-other'); cutting.push(lineOf);
+  controls.cutOnly.push(lineOf);
+  showCut();
+
+  panel.append(section('View', true, ...view), section('Measure and cut', true, ...cutting), section('Colours', true, ...colors), section('Lines', own.length + state.overlays.size > 0, ...lines));
   const facts = element('facts');
   for (const part of page.report) facts.append(section(part.title, part.open, reportPart(part)));
   facts.append(section('Keys', false, make('dl', { className: 'keys' }, ...KEYS.flatMap(([key, what]) => [make('dt', {}, make('kbd', { textContent: key })), make('dd', { textContent: what })]))));
@@ -1035,14 +1122,15 @@ function buildControls() {
 
 // After a link was read: every control as the state is.
 function showControls() {
-  for (const name of ['smooth', 'edges', 'backs', 'perspective', 'blink', 'together', 'symmetric', 'log']) if (controls[name]) controls[name].checked = state[name];
-  for (const name of ['layout', 'wipe', 'one', 'theme', 'up', 'color', 'map', 'range', 'sharp', 'length']) if (controls[name]) controls[name].value = String(state[name]);
+  for (const name of ['smooth', 'edges', 'backs', 'perspective', 'blink', 'together', 'symmetric', 'log', 'cutOther']) if (controls[name]) controls[name].checked = state[name];
+  for (const name of ['layout', 'wipe', 'one', 'theme', 'up', 'color', 'map', 'range', 'sharp', 'length', 'cut', 'cutAt']) if (controls[name]) controls[name].value = String(state[name]);
   for (const input of panel.querySelectorAll('[data-overlay]')) input.checked = state.overlays.has(input.dataset.overlay);
   controls.sharpOut.textContent = state.sharp + '°';
+  showCut();
 }
 
 const KEYS = [['Arrows', 'turn (with Shift: move)'], ['+ −', 'nearer, farther'], [', .', 'roll'], ['0', 'the first view'], ['1 … 6', 'from the front, back, left, right, top, bottom'],
-  ['X', 'read the middle of the picture'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
+  ['X', 'read the middle of the picture'], ['M', 'measure a distance'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
 const R = Math.SQRT1_2;
 const SIDES = [['Front', [0, 0, 0, 1]], ['Back', [0, 1, 0, 0]], ['Left', [0, R, 0, R]], ['Right', [0, -R, 0, R]], ['Top', [R, 0, 0, R]], ['Bottom', [-R, 0, 0, R]]];
 
@@ -1064,6 +1152,7 @@ function showLayout() {
   for (const [name, line] of Object.entries(controls.byLayout ?? {})) line.hidden = state.layout !== name;
   if (controls.layout) controls.layout.value = state.layout;
 }
+function showCut() { for (const line of controls.cutOnly) line.hidden = state.cut === 'none'; }
 function showTheme() {
   document.documentElement.dataset.theme = themeNow();
   if (controls.theme) controls.theme.value = state.theme;
@@ -1207,6 +1296,16 @@ async function savePicture() {
     pen.textAlign = 'left';
   }
   if (meshes.length > 1) for (const cell of cells(width, height)) pen.fillText(cell.mesh.source.name, cell.clip[0] + 12 * scale, height - cell.y - cell.height + 18 * scale);
+  const length = element('length-of');
+  if (!length.hidden) {
+    const at = [length.offsetLeft, length.offsetTop].map(x => x * scale), wide = pen.measureText(length.textContent).width + 12 * scale, ink = pen.fillStyle;
+    pen.fillStyle = themeNow() === 'dark' ? '#17191d' : '#ffffff';
+    pen.fillRect(at[0] - wide / 2, at[1] - 28 * scale, wide, 20 * scale);
+    pen.fillStyle = ink;
+    pen.textAlign = 'center';
+    pen.fillText(length.textContent, at[0], at[1] - 18 * scale);
+    pen.textAlign = 'left';
+  }
   const blob = await sheet.convertToBlob({ type: 'image/png' });
   viewer.saved = blob.size;
   const link = make('a', { href: URL.createObjectURL(blob), download: (page.file || 'view') + '.png' });
@@ -1256,7 +1355,7 @@ let waitingAt = [0, 0];
 const lift = event => {
   const finger = fingers.get(event.pointerId);
   fingers.delete(event.pointerId);
-  if (finger && event.type === 'pointerup' && moved < 6) point(...finger.at, true);
+  if (finger && event.type === 'pointerup' && moved < 6) read(...finger.at);
 };
 canvas.addEventListener('pointerup', lift);
 canvas.addEventListener('pointercancel', lift);
@@ -1294,7 +1393,8 @@ function moveBorder(by) {
 const ACTIONS = {
   '+': () => zoom(1 / 1.15), '=': () => zoom(1 / 1.15), '-': () => zoom(1.15), ',': () => roll(0.1), '.': () => roll(-0.1),
   '0': () => { resetCamera(); redraw(); }, Home: () => { resetCamera(); redraw(); },
-  x: () => { element('cross').hidden = false; point(canvas.clientWidth / 2, canvas.clientHeight / 2, true); },
+  x: () => { element('cross').hidden = false; read(canvas.clientWidth / 2, canvas.clientHeight / 2); },
+  m: () => setMeasuring(!state.measuring), Escape: () => setMeasuring(false),
   c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(); redraw(); }, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
   a: () => { if (controls.layout) { state.layout = next([...controls.layout.options].map(o => o.value), state.layout); showLayout(); redraw(); } },
   b: nextMesh, '[': () => moveBorder(-0.05), ']': () => moveBorder(0.05),
@@ -1342,6 +1442,7 @@ const LINKED = {
     set: text => { try { const names = JSON.parse(text); state.overlays = new Set([...panel.querySelectorAll('[data-overlay]')].map(i => i.dataset.overlay).filter(n => names.includes(n))); } catch { /* not a list: a damaged link changes nothing */ } },
   },
   sharp: amount('sharp', 1, 179), length: amount('length', 0.2, 4),
+  cut: choice('cut', optionsOf('cut')), cutAt: amount('cutAt', -1, 1), cutOther: flag('cutOther'),
   turn: vector('turn', 4, normalized), target: vector('target', 3), half: amount('half', 0, Infinity),
 };
 let initial = null, written = '', writing = null;
