@@ -76,8 +76,8 @@ fn a_page_opens_turns_and_tells_values() {
     page.report.push(Section::of_rows("Report", [("faces", "many")]));
     let (_folder, path) = file(&page);
     browser.open_view(&path);
-    // The focus outline would count as a difference.
-    browser.eval("canvas.style.outline = 'none'; 1");
+    // The focus outline and the hints, which fold, would count as a difference.
+    browser.eval("canvas.style.outline = 'none'; document.getElementById('hints').open = false; 1");
     let first = browser.canvas();
     assert!(first.inked() > 0.15 && first.colors() > 20, "{} {}", first.inked(), first.colors());
 
@@ -170,7 +170,7 @@ fn two_views_are_in_step() {
     browser.open_view(&path);
     // The names above the pictures differ, and the focus outline surrounds both.
     browser.eval("canvas.style.outline = 'none'; 1");
-    browser.eval("document.getElementById('names').hidden = true; document.getElementById('bar').hidden = true; 1");
+    browser.eval("document.getElementById('names').hidden = true; document.getElementById('bar').hidden = true; document.getElementById('hints').hidden = true; 1");
     for step in 0..3 {
         if step > 0 {
             browser.drag([200.0, 400.0], [260.0, 380.0]);
@@ -554,7 +554,9 @@ fn a_link_restores_the_view() {
         browser.call("Page.navigate", serde_json::json!({ "url": address }));
         browser.wait_for("Boolean(window.curvmesh && (curvmesh.ready || curvmesh.error))");
         assert_eq!(browser.eval("curvmesh.error"), Value::Null);
-        browser.eval("canvas.style.outline = 'none'; 1");
+        browser.eval(
+            "canvas.style.outline = 'none'; document.getElementById('hints').open = false; 1",
+        );
         browser.settle();
     };
     open(&mut browser, &address);
@@ -666,6 +668,67 @@ fn distances_are_measured_and_planes_cut() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// The legend stands beside the picture, has the whole name, and says where values leave its range.
+#[test]
+fn the_legend_stands_beside_the_mesh() {
+    let Some(mut browser) = Browser::start([1280, 800]) else { return };
+    let mut shown = exhibit("torus");
+    let name = "a_property_with_a_name_that_is_much_longer_than_the_legend_is_wide";
+    let values = shown.positions.iter().map(|p| p.x.powi(3)).collect();
+    shown.fields.insert(0, Field::new(name, On::Vertices, values));
+    let (_folder, path) = file(&Page::new("Legend", vec![shown]));
+    for (size, file) in [([1280, 800], "legend-wide.png"), ([390, 780], "legend-phone.png")] {
+        browser.resize(size);
+        browser.open_view(&path);
+        browser.settle();
+        browser.picture(None).keep(file);
+        let apart = "(() => { const [a, b] = ['canvas', 'bar'].map(id => document.getElementById(id).getBoundingClientRect());
+            return b.width > 50 && b.height > 30 && (a.right <= b.left || a.bottom <= b.top); })()";
+        assert!(browser.eval(apart) == true, "{size:?}");
+        let whole = "(() => { const q = document.getElementById('quantity'); return q.scrollWidth <= q.clientWidth && q.textContent; })()";
+        assert_eq!(browser.text(whole), name);
+        let ends = "['below', 'above'].map(id => getComputedStyle(document.getElementById(id)).visibility).join()";
+        let label = "document.getElementById('bar').getAttribute('aria-label')";
+        assert_eq!(browser.text(ends), "visible,visible");
+        assert!(browser.text(label).ends_with("some values are below or above"));
+        browser.set("range", "full");
+        assert_eq!(browser.text(ends), "hidden,hidden");
+        browser.set("high", "0.5");
+        assert_eq!(browser.text(ends), "hidden,visible");
+        assert!(browser.text(label).ends_with("some values are above"));
+        // All of the mesh is in the picture, beside the legend.
+        let canvas = browser.eval("canvas.style.outline = 'none'; document.getElementById('hints').hidden = true; [canvas.clientWidth, canvas.clientHeight]");
+        let (width, height) = (index(&canvas[0]) as u32, index(&canvas[1]) as u32);
+        let picture = browser.canvas();
+        for edge in [[0, 0, 4, height], [width - 4, 0, 4, height], [0, height - 4, width, 4]] {
+            assert_eq!(picture.part(edge).inked(), 0.0, "{size:?} {edge:?}");
+        }
+    }
+}
+
+/// Pointing at the surface moves nothing in the panel; hints fold when the mesh is turned.
+#[test]
+fn pointing_moves_nothing_and_hints_fold() {
+    let Some(mut browser) = Browser::start([1280, 800]) else { return };
+    let (_folder, path) = file(&Page::new("Still", vec![exhibit("one"), exhibit("two")]));
+    browser.open_view(&path);
+    let places = "JSON.stringify(['canvas', 'controls', 'counts', 'bar'].map(id => document.getElementById(id).getBoundingClientRect()))";
+    let before = browser.text(places);
+    assert!(browser.eval("document.getElementById('hints').open") == true);
+    let found = "(() => { for (let x = 50; x < 400; x += 10) { const h = curvmesh.point(x, 380); if (h) return true; } })()";
+    assert!(browser.eval(found) == true);
+    assert!(browser.number("document.querySelectorAll('#picked div').length") >= 5.0);
+    browser.settle();
+    assert_eq!(browser.text(places), before);
+    browser.drag([200.0, 400.0], [230.0, 400.0]);
+    assert!(browser.eval("document.getElementById('hints').open") == false);
+    assert_eq!(browser.text(places), before);
+    let full = serde_json::json!({ "expression": "document.getElementById('full').click()", "userGesture": true });
+    browser.call("Runtime.evaluate", full);
+    browser.wait_for("document.fullscreenElement?.tagName === 'MAIN'");
+    browser.wait_for("document.getElementById('stage').clientHeight === innerHeight");
+}
+
 /// Nothing starts by itself for people who asked their system for less motion.
 #[test]
 fn reduced_motion_is_respected() {
@@ -726,6 +789,7 @@ fn a_phone_shows_everything() {
     let (_folder, path) = file(&Page::new("Phone", vec![exhibit("one"), exhibit("other")]));
     browser.open_view(&path);
     assert!(browser.number("document.documentElement.scrollWidth") <= 390.0);
+    assert!(browser.eval("document.getElementById('hints').open") == false, "the mesh is in sight");
     let first = browser.canvas();
     assert!(first.inked() > 0.1);
     let touch = |browser: &mut Browser, kind: &str, points: Value| {

@@ -1069,8 +1069,11 @@ function buildControls() {
   [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
   [lineOf, controls.theme] = select('Brightness', [['auto', 'As the system'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
+  const full = button('Full screen', () => document.fullscreenElement ? document.exitFullscreen() : document.querySelector('main').requestFullscreen().catch(() => { live.textContent = 'The browser allows no full screen here'; }), 'full');
+  full.className = 'broad';
+  full.hidden = !document.fullscreenEnabled;
   const sides = make('div', { className: 'buttons', role: 'group', 'aria-label': 'Look from' }, ...SIDES.map(([name, q], i) => button(name, () => { state.turn = normalized(upright(q)); redraw(); }, '', 'Key ' + (i + 1))));
-  view.push(sides, make('div', { className: 'buttons two' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Frame the mesh', () => { fit(); redraw(); }, 'frame', 'Key F'), button('Save picture', savePicture, 'save', 'Key S'), button('Copy link', copyLink, 'link', 'The address with this view and these settings')));
+  view.push(sides, make('div', { className: 'buttons two' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Frame the mesh', () => { fit(); redraw(); }, 'frame', 'Key F'), button('Save picture', savePicture, 'save', 'Key S'), button('Copy link', copyLink, 'link', 'The address with this view and these settings'), full));
 
   controls.address = make('input', { type: 'text', readOnly: true, id: 'address' });
   const address = labelled('Link', controls.address);
@@ -1210,11 +1213,18 @@ function showRange() {
   controls.low.value = digits(state.low, 5); controls.high.value = digits(state.high, 5);
   for (const input of [controls.low, controls.high]) input.setAttribute('aria-invalid', 'false');
   const stops = Array.from({ length: 33 }, (_, i) => colorAt(i / 32)).join(', ');
-  element('ramp').style.background = `linear-gradient(to top, ${stops})`;
-  const field = fieldOf(state.color);
+  element('ramp').style.setProperty('--stops', stops);
+  const field = fieldOf(state.color), values = field ? sorted(state.color) : [];
   element('quantity').textContent = field ? field.name : '';
-  element('ticks').replaceChildren(...ticks().map(t => { const mark = make('span', { textContent: tickText(t) }); mark.style.bottom = 100 * (place(t) ?? 0) + '%'; return mark; }));
-  element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)}` : '');
+  element('ticks').replaceChildren(...ticks().map(t => { const mark = make('span', { textContent: tickText(t) }); mark.style.setProperty('--at', 100 * (place(t) ?? 0) + '%'); return mark; }));
+  // An arrow at each end that values go beyond: they have the colour of the end.
+  const beyond = { below: values.length > 0 && values[0] < state.low, above: values.length > 0 && values[values.length - 1] > state.high };
+  for (const [name, end] of [['below', 0], ['above', 1]]) {
+    element(name).classList.toggle('beyond', beyond[name]);
+    element(name).style.setProperty('--color', colorAt(end));
+  }
+  const further = Object.keys(beyond).filter(name => beyond[name]);
+  element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)}` + (further.length ? `; some values are ${further.join(' or ')}` : '') : '');
   showHistogram();
 }
 
@@ -1280,20 +1290,28 @@ async function savePicture() {
   const scale = 2, width = canvas.clientWidth * scale, height = canvas.clientHeight * scale, before = [canvas.width, canvas.height];
   canvas.width = width; canvas.height = height;
   draw(width, height, scale);
-  const sheet = new OffscreenCanvas(width, height), pen = sheet.getContext('2d');
+  const isLegend = isField(state.color), aside = isLegend ? 150 * scale : 0;
+  const sheet = new OffscreenCanvas(width + aside, height), pen = sheet.getContext('2d');
+  pen.fillStyle = themeNow() === 'dark' ? '#17191d' : '#ffffff';
+  pen.fillRect(0, 0, width + aside, height);
   pen.drawImage(canvas, 0, 0);
   [canvas.width, canvas.height] = before;
   redraw();
-  pen.fillStyle = pen.strokeStyle = themeNow() === 'dark' ? '#e8eaed' : '#1a1c20';
+  const ink = pen.fillStyle = themeNow() === 'dark' ? '#e8eaed' : '#1a1c20';
   pen.font = `${13 * scale}px system-ui, sans-serif`;
   pen.textBaseline = 'middle';
-  if (isField(state.color)) {
-    const top = 44 * scale, tall = Math.min(220 * scale, height - 80 * scale), left = width - 92 * scale, wide = 16 * scale;
-    for (let row = 0; row < tall; row++) { const old = pen.fillStyle; pen.fillStyle = colorAt(1 - row / tall); pen.fillRect(left, top + row, wide, 1); pen.fillStyle = old; }
+  if (isLegend) {
+    const top = 64 * scale, tall = Math.min(320 * scale, height - 100 * scale), left = width + 8 * scale, wide = 18 * scale;
+    for (let row = 0; row < tall; row++) { pen.fillStyle = colorAt(1 - row / tall); pen.fillRect(left, top + row, wide, 1); }
+    for (const [name, end, from, to] of [['above', 1, top, top - 10 * scale], ['below', 0, top + tall, top + tall + 10 * scale]]) {
+      if (!element(name).classList.contains('beyond')) continue;
+      pen.fillStyle = colorAt(end);
+      pen.beginPath(); pen.moveTo(left, from); pen.lineTo(left + wide, from); pen.lineTo(left + wide / 2, to); pen.fill();
+    }
+    pen.fillStyle = ink;
     for (const t of ticks()) { const y = top + tall * (1 - (place(t) ?? 0)); pen.fillRect(left + wide, y, 4 * scale, scale); pen.fillText(tickText(t), left + wide + 7 * scale, y); }
-    pen.textAlign = 'right';
-    pen.fillText(fieldOf(state.color).name, width - 12 * scale, top - 20 * scale);
-    pen.textAlign = 'left';
+    // A long name is made narrower, never cut.
+    pen.fillText(fieldOf(state.color).name, left, top - 32 * scale, aside - 16 * scale);
   }
   if (meshes.length > 1) for (const cell of cells(width, height)) pen.fillText(cell.mesh.source.name, cell.clip[0] + 12 * scale, height - cell.y - cell.height + 18 * scale);
   const length = element('length-of');
@@ -1321,8 +1339,10 @@ const fingers = new Map();
 const local = event => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
 let moved = 0, waiting = null, anchor = null;
 canvas.addEventListener('pointerdown', event => {
-  anchor = null;
   canvas.setPointerCapture(event.pointerId);
+  // Who turns the mesh has found the way.
+  element('hints').open = false;
+(event.pointerId);
   fingers.set(event.pointerId, { at: local(event), button: event.button, pan: event.shiftKey || event.ctrlKey || event.button > 0 });
   moved = 0;
 });
@@ -1501,10 +1521,16 @@ try {
   resetCamera();
   buildControls();
   showFacts();
+  // Room for all that is told about a point, so that pointing moves nothing.
+  element('values').style.setProperty('--rows', Math.max(...meshes.map(m => m.fields.size * 1.7 + (m.source.materials ? 1 : 0))) + (meshes.length > 1 ? 4 : 3));
+  // On a small screen they would hide the mesh.
+  element('hints').open = !matchMedia('(max-width: 760px)').matches;
   showPicked(null);
   showLayout();
   const first = COLORS.find(([key]) => key === page.start.color) ?? COLORS.find(([key]) => key === 'material') ?? COLORS[1] ?? COLORS[0];
   setColor(page.start.color === 'plain' ? 'plain' : first[0]);
+  // The legend takes room beside the picture, which is known only now.
+  resetCamera();
   if (page.start.range && isField(state.color)) { state.range = 'given'; [state.low, state.high] = page.start.range; state.symmetric = controls.symmetric.checked &&= state.low === -state.high; setRange(); }
   showTheme();
   initial = settings();
