@@ -32,15 +32,19 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
 <body>
 <header><h1><bdi>{title}</bdi></h1></header>
 <main>
+<div id="stage">
 <canvas id="canvas" tabindex="0" role="application" aria-roledescription="view of meshes" aria-label="The meshes. Arrow keys turn them, plus and minus come nearer and go farther, X reads the middle. All keys are listed under Keys." aria-describedby="live"></canvas>
 <div id="names" aria-hidden="true"></div>
-<div id="bar" role="img" hidden><div id="quantity"></div><div id="ramp"></div><div id="ticks"></div></div>
 <div id="cross" hidden></div>
+<div id="length-of" aria-hidden="true" hidden></div>
+<details id="hints" open><summary>Hints</summary><ul><li>Drag: turn. With Shift: move.</li><li>Wheel or two fingers: zoom.</li><li>Click: read values. Twice: centre there.</li><li>Click the picture, then F: show all of it.</li></ul></details>
+</div>
+<div id="bar" role="img" hidden><div id="quantity"></div><div id="scale"><div id="above"></div><div id="ramp"></div><div id="below"></div><div id="ticks"></div></div></div>
 <div id="problem" role="alert" hidden><p>The picture needs WebGL 2, which this browser does not have or has switched off.</p></div>
 <noscript><p>The picture needs JavaScript. Nothing is loaded from anywhere.</p></noscript>
 </main>
 <aside aria-label="Settings and report">
-<details open><summary>Under the pointer</summary><div class="inside"><dl id="picked"></dl></div></details>
+<details open><summary>Under the pointer</summary><div class="inside" id="values" tabindex="0" role="region" aria-label="Values under the pointer"><dl id="picked"></dl></div></details>
 <div id="controls"></div>
 <details open><summary>Counts</summary><div class="inside scroll" id="counts" tabindex="0" role="region" aria-label="Counts"></div></details>
 <div id="facts"></div>

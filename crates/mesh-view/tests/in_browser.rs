@@ -76,8 +76,8 @@ fn a_page_opens_turns_and_tells_values() {
     page.report.push(Section::of_rows("Report", [("faces", "many")]));
     let (_folder, path) = file(&page);
     browser.open_view(&path);
-    // The focus outline would count as a difference.
-    browser.eval("canvas.style.outline = 'none'; 1");
+    // The focus outline and the hints, which fold, would count as a difference.
+    browser.eval("canvas.style.outline = 'none'; document.getElementById('hints').open = false; 1");
     let first = browser.canvas();
     assert!(first.inked() > 0.15 && first.colors() > 20, "{} {}", first.inked(), first.colors());
 
@@ -170,7 +170,7 @@ fn two_views_are_in_step() {
     browser.open_view(&path);
     // The names above the pictures differ, and the focus outline surrounds both.
     browser.eval("canvas.style.outline = 'none'; 1");
-    browser.eval("document.getElementById('names').hidden = true; document.getElementById('bar').hidden = true; 1");
+    browser.eval("document.getElementById('names').hidden = true; document.getElementById('bar').hidden = true; document.getElementById('hints').hidden = true; 1");
     for step in 0..3 {
         if step > 0 {
             browser.drag([200.0, 400.0], [260.0, 380.0]);
@@ -418,7 +418,7 @@ fn the_keyboard_reaches_everything() {
     browser.press("x");
     assert!(browser.eval("document.getElementById('live').textContent.length > 5") == true);
     for (key, state) in
-        [("f", "smooth"), ("e", "edges"), ("o", "perspective"), ("a", "layout"), ("c", "color")]
+        [("g", "smooth"), ("e", "edges"), ("o", "perspective"), ("a", "layout"), ("c", "color")]
     {
         let before = browser.eval(&format!("curvmesh.state.{state}"));
         browser.press(key);
@@ -430,6 +430,321 @@ fn the_keyboard_reaches_everything() {
     browser.press("s");
     browser.wait_for("curvmesh.saved > 1000");
     assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn zoom_goes_to_the_pointer_and_double_clicks_centre() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Camera", vec![exhibit("torus")]));
+    browser.open_view(&path);
+    let corner = browser.eval(
+        "(() => { const r = canvas.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()",
+    );
+    let corner: Vec<f64> = serde_json::from_value(corner).unwrap();
+    let find = "(() => { for (let x = 200; x < 700; x += 7) { const h = curvmesh.point(x, 300); if (h) return [x + 7, curvmesh.point(x + 7, 300).world]; } })()";
+    let found = browser.eval(find);
+    let x = found[0].as_f64().unwrap();
+    let distance = |a: &Value, b: &Value| {
+        let pairs = (0..3).map(|i| a[i].as_f64().unwrap() - b[i].as_f64().unwrap());
+        pairs.map(|d| d * d).sum::<f64>().sqrt()
+    };
+    for perspective in ["on", "off"] {
+        browser.press("0");
+        browser.set("perspective", perspective);
+        let before = browser.eval(&format!("curvmesh.point({x}, 300).world"));
+        let half = browser.number("curvmesh.state.half");
+        for _ in 0..8 {
+            browser.call(
+                "Input.dispatchMouseEvent",
+                serde_json::json!({ "type": "mouseWheel", "x": corner[0] + x, "y": corner[1] + 300.0, "deltaX": 0, "deltaY": -60 }),
+            );
+        }
+        browser.settle();
+        assert!(browser.number("curvmesh.state.half") < 0.5 * half);
+        let after = browser.eval(&format!("curvmesh.point({x}, 300).world"));
+        // A pixel is about 0.03 wide at first.
+        assert!(distance(&before, &after) < 0.05, "{perspective}: {before} {after}");
+    }
+    // F shows all of it again and leaves the direction alone.
+    browser.press("0");
+    browser.press("ArrowLeft");
+    let (turned, half) =
+        (browser.eval("curvmesh.state.turn"), browser.number("curvmesh.state.half"));
+    for _ in 0..5 {
+        browser.press("+");
+    }
+    assert!(browser.number("curvmesh.state.half") < 0.6 * half);
+    browser.press("f");
+    assert_eq!(browser.eval("curvmesh.state.turn"), turned);
+    assert!((browser.number("curvmesh.state.half") / half - 1.0).abs() < 0.1);
+    // The clicked point comes to the middle.
+    let clicked = browser.eval(find);
+    let x = clicked[0].as_f64().unwrap();
+    for clicks in [1, 2] {
+        for kind in ["mousePressed", "mouseReleased"] {
+            browser.call(
+                "Input.dispatchMouseEvent",
+                serde_json::json!({ "type": kind, "x": corner[0] + x, "y": corner[1] + 300.0, "button": "left", "clickCount": clicks }),
+            );
+        }
+    }
+    browser.settle();
+    let middle = format!("curvmesh.point({}, {}).world", corner[2] / 2.0, corner[3] / 2.0);
+    let middle = browser.eval(&middle);
+    assert!(distance(&middle, &clicked[1]) < 0.05, "{middle} {clicked}");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn keys_belong_to_the_picture() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Keys", vec![exhibit("torus")]));
+    browser.open_view(&path);
+    let state = "JSON.stringify(curvmesh.state)";
+    for place in ["document.activeElement.blur()", "document.getElementById('edges').focus()"] {
+        browser.eval(&format!("{place}; 1"));
+        let before = browser.text(state);
+        for key in ["e", "g", "d", "1", "+", "ArrowLeft"] {
+            browser.press(key);
+        }
+        assert_eq!(browser.text(state), before, "{place}");
+    }
+    browser.drag([300.0, 400.0], [301.0, 400.0]);
+    let before = browser.text(state);
+    browser.press("e");
+    assert_ne!(browser.text(state), before, "a click gives the keys to the picture");
+}
+
+/// A copied link shows the same picture in a new window; a damaged one does no harm.
+#[test]
+fn a_link_restores_the_view() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Link", vec![exhibit("one"), exhibit("two")]));
+    browser.open_view(&path);
+    assert_eq!(browser.text("location.hash"), "");
+    browser.set("up", "z");
+    browser.set("smooth", "on");
+    browser.set("color", "face:area");
+    browser.set("map", "magma");
+    browser.set("low", "0.4");
+    browser.set("high", "0.6");
+    browser.set("layout", "one");
+    browser.set("one", "1");
+    browser.set("theme", "dark");
+    browser.eval("document.querySelector('[data-overlay=\"Sharp edges\"]').click(); 1");
+    browser.drag([400.0, 400.0], [500.0, 430.0]);
+    browser.press("+");
+    browser.mouse("mouseMoved", [5.0, 5.0], false);
+    browser.eval("canvas.style.outline = 'none'; curvmesh.point(1, 1); 1");
+    browser.settle();
+    browser.eval("Object.defineProperty(navigator, 'clipboard', { value: { writeText: async text => { window.copied = text; } } }); document.getElementById('link').click(); 1");
+    browser.wait_for("Boolean(window.copied)");
+    assert!(browser.text("copied").starts_with("file://"));
+    let hash = browser.text("copied.split('#')[1]");
+    assert_eq!(browser.text("location.hash.slice(1)"), hash);
+    let first = browser.canvas();
+    let state = "(({ picked, low, high, turn, ...rest }) => JSON.stringify([rest.up, rest.smooth, rest.color, rest.map, rest.layout, rest.one, rest.theme, low, high, [...rest.overlays]]))(curvmesh.state)";
+    let wanted = browser.text(state);
+    drop(browser);
+
+    let mut browser = Browser::start(LARGE).unwrap();
+    let address = format!("file://{}#{hash}", path.canonicalize().unwrap().display());
+    let open = |browser: &mut Browser, address: &str| {
+        browser.call("Page.navigate", serde_json::json!({ "url": "about:blank" }));
+        browser.call("Page.navigate", serde_json::json!({ "url": address }));
+        browser.wait_for("Boolean(window.curvmesh && (curvmesh.ready || curvmesh.error))");
+        assert_eq!(browser.eval("curvmesh.error"), Value::Null);
+        browser.eval(
+            "canvas.style.outline = 'none'; document.getElementById('hints').open = false; 1",
+        );
+        browser.settle();
+    };
+    open(&mut browser, &address);
+    assert_eq!(browser.text(state), wanted);
+    assert!(browser.canvas().difference(&first) < 0.002);
+    for (id, value) in [("up", "z"), ("color", "face:area"), ("one", "1"), ("range", "given")] {
+        assert_eq!(browser.text(&format!("document.getElementById('{id}').value")), value);
+    }
+    assert!(browser.eval("document.getElementById('smooth').checked") == true);
+    // Another link in the same window.
+    browser.eval("location.hash = ''; 1");
+    browser.wait_for("curvmesh.state.layout === 'side' && curvmesh.state.map === 'auto'");
+
+    let damaged = "turn=0,0,0,0&target=1,2&half=-3&up=w&color=no&layout=<b>&level=9&lines=7&sharp=NaN&ends=1&wipe=1e999&map=%00";
+    open(&mut browser, &format!("file://{}#{damaged}", path.canonicalize().unwrap().display()));
+    assert_eq!(browser.text("curvmesh.state.layout"), "side");
+    assert!(browser.canvas().inked() > 0.1);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+/// A square of side 3 and one in front of it: lengths and cuts are known.
+#[test]
+fn distances_are_measured_and_planes_cut() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let square = |z: f64, half: f64| {
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .map(|[x, y]| DVec3::new(half * x, half * y, z))
+    };
+    let positions = [square(0.0, 1.5), square(2.0, 0.5)].concat();
+    let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+    let shown = Exhibit { name: "squares".into(), positions, triangles, ..Exhibit::default() };
+    let (_folder, path) = file(&Page::new("Squares", vec![shown]));
+    browser.open_view(&path);
+    browser.press("1");
+    browser.set("perspective", "off");
+    browser.press("f");
+    let middle: Vec<f64> = serde_json::from_value(browser.eval(
+        "(() => { const r = canvas.getBoundingClientRect(); return [r.width / 2, r.height / 2, r.x, r.y, r.height / 2 / curvmesh.state.half]; })()",
+    ))
+    .unwrap();
+    // The place of the window where a point of the model is seen.
+    let at = |x: f64, y: f64| {
+        [middle[2] + middle[0] + x * middle[4], middle[3] + middle[1] - y * middle[4]]
+    };
+    let click = |browser: &mut Browser, place: [f64; 2]| {
+        browser.mouse("mousePressed", place, true);
+        browser.mouse("mouseReleased", place, false);
+        browser.settle();
+    };
+    browser.press("m");
+    assert_eq!(
+        browser.text("document.getElementById('measure').getAttribute('aria-pressed')"),
+        "true"
+    );
+    let bare = browser.canvas();
+    click(&mut browser, at(-1.0, -1.0));
+    click(&mut browser, at(1.0, 1.0));
+    let length: f64 =
+        browser.text("document.getElementById('length-of').textContent").parse().unwrap();
+    // A click is exact to half a pixel, which is about 0.005 here.
+    assert!((length - 8.0_f64.sqrt()).abs() < 0.02, "{length}");
+    let line = browser.canvas();
+    assert!(line.difference(&bare) > 1e-3, "{}", line.difference(&bare));
+    // From the back square to the front one: the depth counts.
+    click(&mut browser, at(-1.0, 0.0));
+    click(&mut browser, at(0.0, 0.0));
+    let length: f64 =
+        browser.text("document.getElementById('length-of').textContent").parse().unwrap();
+    assert!((length - 5.0_f64.sqrt()).abs() < 0.02, "{length}");
+    let said = browser.text("document.getElementById('live').textContent");
+    assert!(said.starts_with("Distance 2.2"), "{said}");
+    browser.press("m");
+    assert!(browser.eval("document.getElementById('length-of').hidden") == true);
+
+    // A plane across z between both leaves the back one, the other side the front one.
+    let depth = |browser: &mut Browser| {
+        browser.number(&format!("curvmesh.point({}, {})?.world[2] ?? -9", middle[0], middle[1]))
+    };
+    assert!((depth(&mut browser) - 2.0).abs() < 1e-3);
+    let whole = browser.canvas();
+    browser.set("cut", "z");
+    assert!(depth(&mut browser).abs() < 1e-3, "the front square is cut off");
+    browser.set("cut-other", "on");
+    assert!((depth(&mut browser) - 2.0).abs() < 1e-3);
+    let corner = browser.eval(&format!(
+        "curvmesh.point({}, {})",
+        middle[0] - middle[4],
+        middle[1] - middle[4]
+    ));
+    assert!(corner.is_null(), "the back square is cut off: {corner}");
+    assert!(browser.canvas().difference(&whole) > 0.1);
+    // Across x, a third of the way from the middle to the right end.
+    browser.set("cut-other", "off");
+    browser.set("cut", "x");
+    browser.set("cut-at", "0.335");
+    for (x, there) in [(0.45, true), (0.55, false), (1.2, false), (-1.2, true)] {
+        let hit =
+            browser.eval(&format!("curvmesh.point({}, {})", middle[0] + x * middle[4], middle[1]));
+        assert_eq!(!hit.is_null(), there, "{x}");
+    }
+    // Along the view, the plane turns with the camera.
+    browser.set("cut", "view");
+    browser.set("cut-at", "0");
+    assert!(depth(&mut browser).abs() < 1e-3);
+    browser.press("2");
+    assert!((depth(&mut browser) - 2.0).abs() < 1e-3, "from behind, the back one is nearer");
+    browser.set("cut", "none");
+    assert!(depth(&mut browser).abs() < 1e-3);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+/// The legend stands beside the picture, has the whole name, and says where values leave its range.
+#[test]
+fn the_legend_stands_beside_the_mesh() {
+    let Some(mut browser) = Browser::start([1280, 800]) else { return };
+    let mut shown = exhibit("torus");
+    let name = "a_property_with_a_name_that_is_much_longer_than_the_legend_is_wide";
+    let values = shown.positions.iter().map(|p| p.x.powi(3)).collect();
+    shown.fields.insert(0, Field::new(name, On::Vertices, values));
+    let (_folder, path) = file(&Page::new("Legend", vec![shown]));
+    for (size, file) in [([1280, 800], "legend-wide.png"), ([390, 780], "legend-phone.png")] {
+        browser.resize(size);
+        browser.open_view(&path);
+        browser.settle();
+        browser.picture(None).keep(file);
+        let apart = "(() => { const [a, b] = ['canvas', 'bar'].map(id => document.getElementById(id).getBoundingClientRect());
+            return b.width > 50 && b.height > 30 && (a.right <= b.left || a.bottom <= b.top); })()";
+        assert!(browser.eval(apart) == true, "{size:?}");
+        let whole = "(() => { const q = document.getElementById('quantity'); return q.scrollWidth <= q.clientWidth && q.textContent; })()";
+        assert_eq!(browser.text(whole), name);
+        let ends = "['below', 'above'].map(id => getComputedStyle(document.getElementById(id)).visibility).join()";
+        let label = "document.getElementById('bar').getAttribute('aria-label')";
+        assert_eq!(browser.text(ends), "visible,visible");
+        assert!(browser.text(label).ends_with("some values are below or above"));
+        browser.set("range", "full");
+        assert_eq!(browser.text(ends), "hidden,hidden");
+        browser.set("high", "0.5");
+        assert_eq!(browser.text(ends), "hidden,visible");
+        assert!(browser.text(label).ends_with("some values are above"));
+        // All of the mesh is in the picture, beside the legend.
+        let canvas = browser.eval("canvas.style.outline = 'none'; document.getElementById('hints').hidden = true; [canvas.clientWidth, canvas.clientHeight]");
+        let (width, height) = (index(&canvas[0]) as u32, index(&canvas[1]) as u32);
+        let picture = browser.canvas();
+        for edge in [[0, 0, 4, height], [width - 4, 0, 4, height], [0, height - 4, width, 4]] {
+            assert_eq!(picture.part(edge).inked(), 0.0, "{size:?} {edge:?}");
+        }
+    }
+}
+
+/// Pointing at the surface moves nothing in the panel; hints fold when the mesh is turned.
+#[test]
+fn pointing_moves_nothing_and_hints_fold() {
+    let Some(mut browser) = Browser::start([1280, 800]) else { return };
+    let (_folder, path) = file(&Page::new("Still", vec![exhibit("one"), exhibit("two")]));
+    browser.open_view(&path);
+    let places = "JSON.stringify(['canvas', 'controls', 'counts', 'bar'].map(id => document.getElementById(id).getBoundingClientRect()))";
+    let before = browser.text(places);
+    assert!(browser.eval("document.getElementById('hints').open") == true);
+    let found = "(() => { for (let x = 50; x < 400; x += 10) { const h = curvmesh.point(x, 380); if (h) return true; } })()";
+    assert!(browser.eval(found) == true);
+    assert!(browser.number("document.querySelectorAll('#picked div').length") >= 5.0);
+    browser.settle();
+    assert_eq!(browser.text(places), before);
+    browser.drag([200.0, 400.0], [230.0, 400.0]);
+    assert!(browser.eval("document.getElementById('hints').open") == false);
+    assert_eq!(browser.text(places), before);
+    let full = serde_json::json!({ "expression": "document.getElementById('full').click()", "userGesture": true });
+    browser.call("Runtime.evaluate", full);
+    browser.wait_for("document.fullscreenElement?.tagName === 'MAIN'");
+    browser.wait_for("document.getElementById('stage').clientHeight === innerHeight");
+}
+
+/// Nothing starts by itself for people who asked their system for less motion.
+#[test]
+fn reduced_motion_is_respected() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mut page = Page::new("Still", vec![exhibit("one"), exhibit("two")]);
+    page.layout = Layout::Blink;
+    let (_folder, path) = file(&page);
+    for (wish, moves) in [("no-preference", true), ("reduce", false)] {
+        let features = serde_json::json!([{ "name": "prefers-reduced-motion", "value": wish }]);
+        browser.call("Emulation.setEmulatedMedia", serde_json::json!({ "features": features }));
+        browser.open_view(&path);
+        assert_eq!(browser.eval("document.getElementById('blink').checked"), moves, "{wish}");
+        assert_eq!(browser.eval("curvmesh.state.blink"), moves, "{wish}");
+    }
+    browser.press("b");
+    assert_eq!(browser.number("curvmesh.state.shown"), 1.0);
 }
 
 /// WCAG 2.1: contrast of text at least 4.5 to 1, of control borders and focus at least 3 to 1.
@@ -474,6 +789,7 @@ fn a_phone_shows_everything() {
     let (_folder, path) = file(&Page::new("Phone", vec![exhibit("one"), exhibit("other")]));
     browser.open_view(&path);
     assert!(browser.number("document.documentElement.scrollWidth") <= 390.0);
+    assert!(browser.eval("document.getElementById('hints').open") == false, "the mesh is in sight");
     let first = browser.canvas();
     assert!(first.inked() > 0.1);
     let touch = |browser: &mut Browser, kind: &str, points: Value| {

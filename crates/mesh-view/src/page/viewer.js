@@ -209,8 +209,9 @@ const most = Math.max(...meshes.map(m => m.faces));
 const state = {
   layout: page.layout, color: 'plain', map: 'auto', range: 'auto', low: 0, high: 1, symmetric: false, log: false,
   smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true,
-  overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: true, shown: 0,
-  theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, cross: false, picked: null,
+  overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: !matchMedia('(prefers-reduced-motion: reduce)').matches, shown: 0,
+  theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, picked: null,
+  measuring: false, ends: [], cut: 'none', cutAt: 0, cutOther: false,
 };
 const FOV = 28 * Math.PI / 180;
 const normalized = q => { const n = Math.hypot(...q); return q.map(x => x / n); };
@@ -278,9 +279,25 @@ function pan(dx, dy) {
   state.target = state.target.map((t, i) => t - state.half * (dx * right[i] - dy * up[i]));
   redraw();
 }
-function zoom(factor) {
-  state.half = Math.min(Math.max(state.half * factor, 1e-5 * radius()), 50 * radius());
+// All distances to `fixed` change by the factor, so that this point stays where it is on the screen.
+function zoom(factor, fixed = state.target) {
+  const before = state.half;
+  state.half = Math.min(Math.max(before * factor, 1e-5 * radius()), 50 * radius());
+  state.target = state.target.map((t, i) => fixed[i] + (t - fixed[i]) * state.half / before);
   redraw();
+}
+// Places of files in the coordinates of the camera target.
+const inScene = (mesh, world) => world.map((x, i) => state.together ? x - sceneCenter[i] : (x - mesh.source.center[i]) * largest / mesh.radius);
+// What a zoom at a place of the canvas keeps there: the surface, or the plane of the target beside it.
+function anchorAt(x, y) {
+  const hit = pick(x, y);
+  if (hit) return inScene(hit.mesh, hit.world);
+  const width = canvas.clientWidth, height = canvas.clientHeight, up = height - y;
+  const cell = cells(width, height).find(c => x >= c.clip[0] && x < c.clip[0] + c.clip[1] && up >= c.y && up < c.y + c.height);
+  if (!cell) return state.target;
+  const half = state.half / Math.min(1, cell.width / cell.height), scale = 2 * half / cell.height, [right, above] = rows(state.turn);
+  const [dx, dy] = [(x - cell.x - cell.width / 2) * scale, (up - cell.y - cell.height / 2) * scale];
+  return state.target.map((t, i) => t + dx * right[i] + dy * above[i]);
 }
 
 // ---------------------------------------------------------------- colours of values
@@ -345,7 +362,8 @@ const LOOKUP = `
 uniform usampler2D tIndex; uniform sampler2D tPosition;
 uniform mat3 uTurn; uniform vec3 uOffset; uniform float uScale; uniform float uAway; uniform mat4 uProjection;
 ivec2 at(int i) { return ivec2(i & 4095, i >> 12); }
-vec3 seen(vec3 p) { return uTurn * (p * uScale + uOffset) - vec3(0., 0., uAway); }
+uniform vec4 uCut; out float vCut;
+vec3 seen(vec3 p) { vCut = dot(uCut.xyz, p * uScale + uOffset) - uCut.w; return uTurn * (p * uScale + uOffset) - vec3(0., 0., uAway); }
 `;
 const FACES = [`${HEAD}${LOOKUP}
 uniform isampler2D tNormal; uniform sampler2D tValue; uniform usampler2D tUvIndex; uniform sampler2D tUv;
@@ -380,10 +398,11 @@ void main() {
   vEye = seen(p);
   gl_Position = uProjection * vec4(vEye, 1.);
 }`, `${HEAD}
-in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase;
+in float vCut; in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase;
 uniform int uMode; uniform sampler2D tMap; uniform sampler2DArray tImages; uniform vec2 uRange; uniform bool uLog; uniform bool uEdges; uniform bool uBacks; uniform vec3 uEdgeColor;
 out vec4 color;
 void main() {
+  if (vCut > 0.) discard;
   vec3 base = vColor.rgb; float alpha = 1.; vec3 n = normalize(vNormal); float rough = 1., metal = 0.;
   if (uMode == 1 || uMode == 2) {
     float x = vValue.x; bool missing = vValue.y > .001;
@@ -419,12 +438,12 @@ void main() {
   vFace = uint(face);
   gl_Position = uProjection * vec4(seen(texelFetch(tPosition, at(v), 0).xyz), 1.);
 }`, `${HEAD}
-flat in uint vFace; uniform uint uMesh; out uvec2 id;
-void main() { id = uvec2(uMesh + 1u, vFace); }`];
+flat in uint vFace; in float vCut; uniform uint uMesh; out uvec2 id;
+void main() { if (vCut > 0.) discard; id = uvec2(uMesh + 1u, vFace); }`];
 const LINES = [`${HEAD}
 layout(location = 0) in vec3 a; layout(location = 1) in vec3 b;
-uniform mat3 uTurn; uniform vec3 uOffset; uniform float uScale; uniform float uAway; uniform mat4 uProjection; uniform vec2 uPixel; uniform float uWidth;
-out vec2 vAt; flat out float vLong;
+uniform mat3 uTurn; uniform vec3 uOffset; uniform float uScale; uniform float uAway; uniform mat4 uProjection; uniform vec2 uPixel; uniform float uWidth; uniform vec4 uCut;
+out vec2 vAt; flat out float vLong; out float vCut;
 void main() {
   vec3 p = uTurn * (a * uScale + uOffset) - vec3(0., 0., uAway), q = uTurn * (b * uScale + uOffset) - vec3(0., 0., uAway);
   vec4 s = uProjection * vec4(p, 1.), e = uProjection * vec4(q, 1.);
@@ -435,13 +454,14 @@ void main() {
   vec4 c = end ? e : s; float h = .5 * uWidth;
   vec2 shift = (end ? along : -along) * h + vec2(-along.y, along.x) * side * h;
   vAt = vec2(end ? long_ + h : -h, side * h); vLong = long_;
+  vCut = dot(uCut.xyz, (end ? b : a) * uScale + uOffset) - uCut.w;
   c.xy += shift * uPixel * c.w; c.z -= .0006 * c.w;
   gl_Position = c;
 }`, `${HEAD}
-in vec2 vAt; flat in float vLong; uniform vec4 uColor; uniform float uWidth; out vec4 color;
+in vec2 vAt; in float vCut; flat in float vLong; uniform vec4 uColor; uniform float uWidth; out vec4 color;
 void main() {
   vec2 d = vec2(vAt.x - clamp(vAt.x, 0., vLong), vAt.y);
-  if (length(d) > .5 * uWidth) discard;
+  if (length(d) > .5 * uWidth || vCut > 0.) discard;
   color = uColor;
 }`];
 
@@ -579,6 +599,16 @@ function bindColors(mesh) {
   return 0;
 }
 
+// What is in front of this plane is cut off: its normal, and its distance from the camera target.
+function cutPlane(turned) {
+  // A plane so far away that it cuts nothing.
+  if (state.cut === 'none') return [0, 0, 0, 1];
+  const axis = 'xyz'.indexOf(state.cut), away = axis < 0 ? turned[2] : [0, 1, 2].map(i => Number(i === axis));
+  // Half the size of what there is to cut, in this direction.
+  const reach = axis < 0 ? radius() : state.together ? 0.5 * (sceneHigh[axis] - sceneLow[axis]) : Math.max(...meshes.map(m => 0.5 * m.source.extent[axis] * largest / m.radius));
+  const side = state.cutOther ? -1 : 1;
+  return [...away.map(x => side * x), side * (state.cutAt * reach - dot(away, state.target))];
+}
 function setCamera(p, mesh, aspect) {
   const turned = rows(state.turn), scale = state.together ? 1 : largest / mesh.radius;
   const away = state.half / Math.tan(FOV / 2);
@@ -598,6 +628,7 @@ function setCamera(p, mesh, aspect) {
   }
   gl.uniformMatrix3fv(p.at('uTurn'), true, turned.flat());
   gl.uniform3fv(p.at('uOffset'), offset);
+  gl.uniform4fv(p.at('uCut'), cutPlane(turned));
   gl.uniform1f(p.at('uScale'), scale);
   gl.uniform1f(p.at('uAway'), away);
   gl.uniformMatrix4fv(p.at('uProjection'), false, m);
@@ -724,6 +755,7 @@ function draw(width, height, ratio) {
     setCamera(programs.lines, mesh, aspect);
     const pixel = [2 / cell.width, 2 / cell.height];
     for (const overlay of overlaysOf(mesh)) drawLines(overlay, pixel);
+    drawMeasured(mesh, pixel);
     if (state.picked) {
       const at = state.picked.world.map((x, i) => state.together ? x - mesh.source.center[i] : state.picked.mesh === mesh ? x - mesh.source.center[i] : NaN);
       if (!Number.isNaN(at[0])) {
@@ -736,6 +768,61 @@ function draw(width, height, ratio) {
       }
     }
   }
+}
+
+// The measured line shows through the surface, so that its length is seen from anywhere.
+function drawMeasured(mesh, pixel) {
+  const { ends } = state;
+  if (!ends.length || !(state.together || ends.every(end => end.mesh === mesh))) return;
+  const places = ends.map(end => end.world.map((x, i) => x - mesh.source.center[i]));
+  const line = lineArray(new Float32Array([...places[0], ...places.at(-1)])), dots = lineArray(new Float32Array(places.flatMap(at => [...at, ...at])));
+  gl.disable(gl.DEPTH_TEST);
+  gl.uniform4f(programs.lines.at('uCut'), 0, 0, 0, 1);
+  for (const [color, width, dot] of [[[0, 0, 0], 5, 12], [[1, 0.85, 0], 2.5, 8]]) { drawLines({ ...line, color, width }, pixel); drawLines({ ...dots, color, width: dot }, pixel); }
+  gl.enable(gl.DEPTH_TEST);
+  setCamera(programs.lines, mesh, pixel[1] / pixel[0]);
+  for (const { vao, buffer } of [line, dots]) { gl.deleteVertexArray(vao); gl.deleteBuffer(buffer); }
+}
+const distanceOf = ([a, b]) => Math.hypot(...a.world.map((x, i) => x - b.world[i]));
+function measure(hit) {
+  if (!hit) { live.textContent = 'Nothing here'; return; }
+  if (state.ends.length === 2) state.ends = [];
+  state.ends.push({ mesh: hit.mesh, world: hit.world });
+  showMeasured(true);
+  redraw();
+}
+function showMeasured(aloud) {
+  const [a, b] = state.ends, box = element('measured');
+  let text = !state.measuring ? '' : a ? 'Click the second point.' : 'Click the first point, or press X for the middle of the picture.';
+  if (b) {
+    const across = a.world.map((x, i) => Math.abs(x - b.world[i]));
+    text = `Distance ${digits(distanceOf(state.ends), 5)} (x ${digits(across[0], 4)}, y ${digits(across[1], 4)}, z ${digits(across[2], 4)})`;
+  }
+  box.textContent = text;
+  if (aloud) live.textContent = text;
+}
+function setMeasuring(on) {
+  state.measuring = on;
+  if (!on) state.ends = [];
+  controls.measure.setAttribute('aria-pressed', String(on));
+  controls.measure.textContent = on ? 'Stop measuring (M)' : 'Measure a distance (M)';
+  canvas.classList.toggle('aim', on);
+  showMeasured(true);
+  redraw();
+}
+// The number beside the middle of its line.
+function showLength() {
+  const box = element('length-of'), { ends } = state, width = canvas.width / ratio(), height = canvas.height / ratio();
+  const cell = ends.length === 2 && cells(width, height).find(c => state.together || ends.every(end => end.mesh === c.mesh));
+  box.hidden = !cell;
+  if (!cell) return;
+  const middle = ends[0].world.map((x, i) => 0.5 * (x + ends[1].world[i]));
+  const seen = inScene(cell.mesh, middle).map((x, i) => x - state.target[i]), turned = rows(state.turn).map(row => dot(row, seen));
+  const away = state.half / Math.tan(FOV / 2), nearer = state.perspective ? away / (away - turned[2]) : 1, half = state.half / Math.min(1, cell.width / cell.height);
+  const scale = cell.height / (2 * half) * nearer, x = cell.x + 0.5 * cell.width + turned[0] * scale, y = height - cell.y - 0.5 * cell.height - turned[1] * scale;
+  box.textContent = digits(distanceOf(ends), 5);
+  box.hidden = !(nearer > 0 && x >= 0 && x <= width && y >= 0 && y <= height);
+  box.style.left = x + 'px'; box.style.top = y + 'px';
 }
 
 let asked = false, version = 0;
@@ -751,6 +838,8 @@ function redraw() {
     fitCanvas();
     draw(canvas.width, canvas.height, ratio());
     showNames();
+    showLength();
+    writeLater();
     viewer.frames++;
     if (!viewer.ready) { viewer.ready = true; gl.finish(); viewer.loaded = performance.now() - started; viewer.first = performance.now(); }
   });
@@ -907,6 +996,11 @@ function point(x, y, aloud) {
   viewer.picked = hit && { vertex: hit.vertex, face: hit.face, mesh: hit.mesh.number, world: hit.world, rows: describe(hit) };
   return viewer.picked;
 }
+// What a click does: it tells values, or sets an end of the measured line.
+function read(x, y) {
+  point(x, y, !state.measuring);
+  if (state.measuring) measure(state.picked);
+}
 viewer.point = (x, y) => point(x, y, false);
 
 // ---------------------------------------------------------------- controls
@@ -969,14 +1063,22 @@ function buildControls() {
     view.push(line, wipeLine, oneLine, blinkLine, level, togetherLine);
   }
   let lineOf;
-  [lineOf, controls.smooth] = checkbox('Smooth shading (F)', state.smooth, x => { state.smooth = x; redraw(); }, 'smooth'); view.push(lineOf);
+  [lineOf, controls.smooth] = checkbox('Smooth shading (G)', state.smooth, x => { state.smooth = x; redraw(); }, 'smooth'); view.push(lineOf);
   [lineOf, controls.edges] = checkbox('Edges (E)', state.edges, x => { state.edges = x; redraw(); }, 'edges'); view.push(lineOf);
   [lineOf, controls.backs] = checkbox('Tint what is seen from behind', state.backs, x => { state.backs = x; redraw(); }, 'backs'); view.push(lineOf);
   [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
   [lineOf, controls.theme] = select('Brightness', [['auto', 'As the system'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
+  const full = button('Full screen', () => document.fullscreenElement ? document.exitFullscreen() : document.querySelector('main').requestFullscreen().catch(() => { live.textContent = 'The browser allows no full screen here'; }), 'full');
+  full.className = 'broad';
+  full.hidden = !document.fullscreenEnabled;
   const sides = make('div', { className: 'buttons', role: 'group', 'aria-label': 'Look from' }, ...SIDES.map(([name, q], i) => button(name, () => { state.turn = normalized(upright(q)); redraw(); }, '', 'Key ' + (i + 1))));
-  view.push(sides, make('div', { className: 'buttons' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Save picture', savePicture, 'save', 'Key S')));
+  view.push(sides, make('div', { className: 'buttons two' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Frame the mesh', () => { fit(); redraw(); }, 'frame', 'Key F'), button('Save picture', savePicture, 'save', 'Key S'), button('Copy link', copyLink, 'link', 'The address with this view and these settings'), full));
+
+  controls.address = make('input', { type: 'text', readOnly: true, id: 'address' });
+  const address = labelled('Link', controls.address);
+  address.hidden = true;
+  view.push(address);
 
   [lineOf, controls.color] = select('Colour by', COLORS, state.color, setColor, 'color'); colors.push(lineOf);
   const mapNames = [['auto', 'Usual'], ...maps.map(m => [m.name, m.name])];
@@ -999,20 +1101,39 @@ function buildControls() {
 
   const toggle = name => { const [line, input] = checkbox(name, state.overlays.has(name), x => { if (x) state.overlays.add(name); else state.overlays.delete(name); redraw(); }); input.dataset.overlay = name; return line; };
   lines.push(toggle('Boundary'), toggle('Non-manifold edges'), toggle('Sharp edges'));
-  [lineOf, controls.sharp] = slider('Sharp from (degrees)', [1, 179, 1], state.sharp, x => { state.sharp = x; sharpOut.textContent = x + '°'; redraw(); }, 'sharp');
-  const sharpOut = make('output', { textContent: state.sharp + '°' }); lineOf.append(sharpOut); lines.push(lineOf);
+  [lineOf, controls.sharp] = slider('Sharp from (degrees)', [1, 179, 1], state.sharp, x => { state.sharp = x; controls.sharpOut.textContent = x + '°'; redraw(); }, 'sharp');
+  controls.sharpOut = make('output', { textContent: state.sharp + '°' }); lineOf.append(controls.sharpOut); lines.push(lineOf);
   const own = [...new Set(meshes.flatMap(m => m.source.lines.map(l => l.name)))], directions = [...new Set(meshes.flatMap(m => m.source.directions.map(l => l.name)))];
   for (const name of [...own, ...directions]) lines.push(toggle(name));
   if (directions.length) { [lineOf, controls.length] = slider('Length of directions', [0.2, 4, 0.1], state.length, x => { state.length = x; redraw(); }, 'length'); lines.push(lineOf); }
 
-  panel.append(section('View', true, ...view), section('Colours', true, ...colors), section('Lines', own.length + state.overlays.size > 0, ...lines));
+  controls.measure = button('Measure a distance (M)', () => setMeasuring(!state.measuring), 'measure');
+  controls.measure.setAttribute('aria-pressed', 'false');
+  const cutting = [make('div', { className: 'buttons one' }, controls.measure), make('p', { id: 'measured', className: 'note' })];
+  [lineOf, controls.cut] = select('Cut', [['none', 'Nothing'], ['view', 'What is nearest'], ['x', 'Along x'], ['y', 'Along y'], ['z', 'Along z']], state.cut, x => { state.cut = x; showCut(); redraw(); }, 'cut'); cutting.push(lineOf);
+  [lineOf, controls.cutAt] = slider('Cut at', [-1, 1, 0.005], state.cutAt, x => { state.cutAt = x; redraw(); }, 'cut-at'); cutting.push(lineOf);
+  controls.cutOnly = [lineOf];
+  [lineOf, controls.cutOther] = checkbox('Keep the other side', state.cutOther, x => { state.cutOther = x; redraw(); }, 'cut-other'); cutting.push(lineOf);
+  controls.cutOnly.push(lineOf);
+  showCut();
+
+  panel.append(section('View', true, ...view), section('Measure and cut', true, ...cutting), section('Colours', true, ...colors), section('Lines', own.length + state.overlays.size > 0, ...lines));
   const facts = element('facts');
   for (const part of page.report) facts.append(section(part.title, part.open, reportPart(part)));
   facts.append(section('Keys', false, make('dl', { className: 'keys' }, ...KEYS.flatMap(([key, what]) => [make('dt', {}, make('kbd', { textContent: key })), make('dd', { textContent: what })]))));
 }
 
+// After a link was read: every control as the state is.
+function showControls() {
+  for (const name of ['smooth', 'edges', 'backs', 'perspective', 'blink', 'together', 'symmetric', 'log', 'cutOther']) if (controls[name]) controls[name].checked = state[name];
+  for (const name of ['layout', 'wipe', 'one', 'theme', 'up', 'color', 'map', 'range', 'sharp', 'length', 'cut', 'cutAt']) if (controls[name]) controls[name].value = String(state[name]);
+  for (const input of panel.querySelectorAll('[data-overlay]')) input.checked = state.overlays.has(input.dataset.overlay);
+  controls.sharpOut.textContent = state.sharp + '°';
+  showCut();
+}
+
 const KEYS = [['Arrows', 'turn (with Shift: move)'], ['+ −', 'nearer, farther'], [', .', 'roll'], ['0', 'the first view'], ['1 … 6', 'from the front, back, left, right, top, bottom'],
-  ['X', 'read the middle of the picture'], ['C', 'next colours'], ['F', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
+  ['X', 'read the middle of the picture'], ['M', 'measure a distance'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
 const R = Math.SQRT1_2;
 const SIDES = [['Front', [0, 0, 0, 1]], ['Back', [0, 1, 0, 0]], ['Left', [0, R, 0, R]], ['Right', [0, -R, 0, R]], ['Top', [R, 0, 0, R]], ['Bottom', [-R, 0, 0, R]]];
 
@@ -1034,6 +1155,7 @@ function showLayout() {
   for (const [name, line] of Object.entries(controls.byLayout ?? {})) line.hidden = state.layout !== name;
   if (controls.layout) controls.layout.value = state.layout;
 }
+function showCut() { for (const line of controls.cutOnly) line.hidden = state.cut === 'none'; }
 function showTheme() {
   document.documentElement.dataset.theme = themeNow();
   if (controls.theme) controls.theme.value = state.theme;
@@ -1091,11 +1213,18 @@ function showRange() {
   controls.low.value = digits(state.low, 5); controls.high.value = digits(state.high, 5);
   for (const input of [controls.low, controls.high]) input.setAttribute('aria-invalid', 'false');
   const stops = Array.from({ length: 33 }, (_, i) => colorAt(i / 32)).join(', ');
-  element('ramp').style.background = `linear-gradient(to top, ${stops})`;
-  const field = fieldOf(state.color);
+  element('ramp').style.setProperty('--stops', stops);
+  const field = fieldOf(state.color), values = field ? sorted(state.color) : [];
   element('quantity').textContent = field ? field.name : '';
-  element('ticks').replaceChildren(...ticks().map(t => { const mark = make('span', { textContent: tickText(t) }); mark.style.bottom = 100 * (place(t) ?? 0) + '%'; return mark; }));
-  element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)}` : '');
+  element('ticks').replaceChildren(...ticks().map(t => { const mark = make('span', { textContent: tickText(t) }); mark.style.setProperty('--at', 100 * (place(t) ?? 0) + '%'); return mark; }));
+  // An arrow at each end that values go beyond: they have the colour of the end.
+  const beyond = { below: values.length > 0 && values[0] < state.low, above: values.length > 0 && values[values.length - 1] > state.high };
+  for (const [name, end] of [['below', 0], ['above', 1]]) {
+    element(name).classList.toggle('beyond', beyond[name]);
+    element(name).style.setProperty('--color', colorAt(end));
+  }
+  const further = Object.keys(beyond).filter(name => beyond[name]);
+  element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)}` + (further.length ? `; some values are ${further.join(' or ')}` : '') : '');
   showHistogram();
 }
 
@@ -1161,22 +1290,40 @@ async function savePicture() {
   const scale = 2, width = canvas.clientWidth * scale, height = canvas.clientHeight * scale, before = [canvas.width, canvas.height];
   canvas.width = width; canvas.height = height;
   draw(width, height, scale);
-  const sheet = new OffscreenCanvas(width, height), pen = sheet.getContext('2d');
+  const isLegend = isField(state.color), aside = isLegend ? 150 * scale : 0;
+  const sheet = new OffscreenCanvas(width + aside, height), pen = sheet.getContext('2d');
+  pen.fillStyle = themeNow() === 'dark' ? '#17191d' : '#ffffff';
+  pen.fillRect(0, 0, width + aside, height);
   pen.drawImage(canvas, 0, 0);
   [canvas.width, canvas.height] = before;
   redraw();
-  pen.fillStyle = pen.strokeStyle = themeNow() === 'dark' ? '#e8eaed' : '#1a1c20';
+  const ink = pen.fillStyle = themeNow() === 'dark' ? '#e8eaed' : '#1a1c20';
   pen.font = `${13 * scale}px system-ui, sans-serif`;
   pen.textBaseline = 'middle';
-  if (isField(state.color)) {
-    const top = 44 * scale, tall = Math.min(220 * scale, height - 80 * scale), left = width - 92 * scale, wide = 16 * scale;
-    for (let row = 0; row < tall; row++) { const old = pen.fillStyle; pen.fillStyle = colorAt(1 - row / tall); pen.fillRect(left, top + row, wide, 1); pen.fillStyle = old; }
+  if (isLegend) {
+    const top = 64 * scale, tall = Math.min(320 * scale, height - 100 * scale), left = width + 8 * scale, wide = 18 * scale;
+    for (let row = 0; row < tall; row++) { pen.fillStyle = colorAt(1 - row / tall); pen.fillRect(left, top + row, wide, 1); }
+    for (const [name, end, from, to] of [['above', 1, top, top - 10 * scale], ['below', 0, top + tall, top + tall + 10 * scale]]) {
+      if (!element(name).classList.contains('beyond')) continue;
+      pen.fillStyle = colorAt(end);
+      pen.beginPath(); pen.moveTo(left, from); pen.lineTo(left + wide, from); pen.lineTo(left + wide / 2, to); pen.fill();
+    }
+    pen.fillStyle = ink;
     for (const t of ticks()) { const y = top + tall * (1 - (place(t) ?? 0)); pen.fillRect(left + wide, y, 4 * scale, scale); pen.fillText(tickText(t), left + wide + 7 * scale, y); }
-    pen.textAlign = 'right';
-    pen.fillText(fieldOf(state.color).name, width - 12 * scale, top - 20 * scale);
-    pen.textAlign = 'left';
+    // A long name is made narrower, never cut.
+    pen.fillText(fieldOf(state.color).name, left, top - 32 * scale, aside - 16 * scale);
   }
   if (meshes.length > 1) for (const cell of cells(width, height)) pen.fillText(cell.mesh.source.name, cell.clip[0] + 12 * scale, height - cell.y - cell.height + 18 * scale);
+  const length = element('length-of');
+  if (!length.hidden) {
+    const at = [length.offsetLeft, length.offsetTop].map(x => x * scale), wide = pen.measureText(length.textContent).width + 12 * scale, ink = pen.fillStyle;
+    pen.fillStyle = themeNow() === 'dark' ? '#17191d' : '#ffffff';
+    pen.fillRect(at[0] - wide / 2, at[1] - 28 * scale, wide, 20 * scale);
+    pen.fillStyle = ink;
+    pen.textAlign = 'center';
+    pen.fillText(length.textContent, at[0], at[1] - 18 * scale);
+    pen.textAlign = 'left';
+  }
   const blob = await sheet.convertToBlob({ type: 'image/png' });
   viewer.saved = blob.size;
   const link = make('a', { href: URL.createObjectURL(blob), download: (page.file || 'view') + '.png' });
@@ -1190,15 +1337,19 @@ viewer.save = savePicture;
 
 const fingers = new Map();
 const local = event => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
-let moved = 0, waiting = null;
+let moved = 0, waiting = null, anchor = null;
 canvas.addEventListener('pointerdown', event => {
   canvas.setPointerCapture(event.pointerId);
+  // Who turns the mesh has found the way.
+  element('hints').open = false;
+(event.pointerId);
   fingers.set(event.pointerId, { at: local(event), button: event.button, pan: event.shiftKey || event.ctrlKey || event.button > 0 });
   moved = 0;
 });
 canvas.addEventListener('pointermove', event => {
   const finger = fingers.get(event.pointerId), at = local(event);
   if (!finger) {
+    anchor = null;
     if (event.pointerType !== 'touch') { waiting ??= requestAnimationFrame(() => { waiting = null; point(...waitingAt, false); }); waitingAt = at; }
     return;
   }
@@ -1211,7 +1362,8 @@ canvas.addEventListener('pointermove', event => {
     const other = [...fingers].find(([id]) => id !== event.pointerId)[1];
     const before = Math.hypot(finger.at[0] - other.at[0], finger.at[1] - other.at[1]), now = Math.hypot(at[0] - other.at[0], at[1] - other.at[1]);
     if (before > 0 && now > 0) {
-      zoom(before / now);
+      anchor ??= anchorAt(0.5 * (at[0] + other.at[0]), 0.5 * (at[1] + other.at[1]));
+      zoom(before / now, anchor);
       const angle = Math.atan2(at[1] - other.at[1], at[0] - other.at[0]) - Math.atan2(finger.at[1] - other.at[1], finger.at[0] - other.at[0]);
       if (Math.abs(angle) < 1) roll(-angle);
     }
@@ -1223,14 +1375,24 @@ let waitingAt = [0, 0];
 const lift = event => {
   const finger = fingers.get(event.pointerId);
   fingers.delete(event.pointerId);
-  if (finger && event.type === 'pointerup' && moved < 6) point(...finger.at, true);
+  if (finger && event.type === 'pointerup' && moved < 6) read(...finger.at);
 };
 canvas.addEventListener('pointerup', lift);
 canvas.addEventListener('pointercancel', lift);
 canvas.addEventListener('contextmenu', event => event.preventDefault());
-canvas.addEventListener('wheel', event => { event.preventDefault(); zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY * (event.deltaMode ? 30 : 1))) * 0.0022)); }, { passive: false });
-canvas.addEventListener('dblclick', () => { if (state.picked) { const { world, mesh } = state.picked;
-  state.target = world.map((x, i) => state.together ? x - sceneCenter[i] : (x - mesh.source.center[i]) * largest / mesh.radius); state.half *= 0.6; redraw(); } });
+canvas.addEventListener('wheel', event => {
+  event.preventDefault();
+  // While the pointer rests, the point under it stays the same.
+  anchor ??= anchorAt(...local(event));
+  zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY * (event.deltaMode ? 30 : 1))) * 0.0022), anchor);
+}, { passive: false });
+canvas.addEventListener('dblclick', event => {
+  const hit = pick(...local(event));
+  if (!hit) return;
+  state.target = inScene(hit.mesh, hit.world);
+  anchor = null;
+  redraw();
+});
 
 const flip = name => { controls[name].checked = state[name] = !state[name]; redraw(); };
 const next = (list, value) => list[(list.indexOf(value) + 1) % list.length];
@@ -1251,18 +1413,18 @@ function moveBorder(by) {
 const ACTIONS = {
   '+': () => zoom(1 / 1.15), '=': () => zoom(1 / 1.15), '-': () => zoom(1.15), ',': () => roll(0.1), '.': () => roll(-0.1),
   '0': () => { resetCamera(); redraw(); }, Home: () => { resetCamera(); redraw(); },
-  x: () => { element('cross').hidden = false; point(canvas.clientWidth / 2, canvas.clientHeight / 2, true); },
-  c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
+  x: () => { element('cross').hidden = false; read(canvas.clientWidth / 2, canvas.clientHeight / 2); },
+  m: () => setMeasuring(!state.measuring), Escape: () => setMeasuring(false),
+  c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(); redraw(); }, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
   a: () => { if (controls.layout) { state.layout = next([...controls.layout.options].map(o => o.value), state.layout); showLayout(); redraw(); } },
   b: nextMesh, '[': () => moveBorder(-0.05), ']': () => moveBorder(0.05),
   d: () => { state.theme = themeNow() === 'dark' ? 'light' : 'dark'; showTheme(); }, s: savePicture,
 };
-document.addEventListener('keydown', event => {
+// Keys belong to the picture only: elsewhere, letters are for controls and for readers of the screen.
+canvas.addEventListener('keydown', event => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (/^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== 'checkbox') return;
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-  // Arrows scroll the panel where it has the focus.
-  if (arrows && (event.target === canvas || event.target === document.body)) {
+  if (arrows) {
     if (event.shiftKey) pan(arrows[0] * 0.08, arrows[1] * 0.08); else turn(arrows[0] * 0.12, arrows[1] * 0.12);
     event.preventDefault();
     return;
@@ -1272,6 +1434,81 @@ document.addEventListener('keydown', event => {
   const action = ACTIONS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (action) { action(); event.preventDefault(); }
 });
+
+// ---------------------------------------------------------------- the link to this view
+
+const flag = name => ({ get: () => state[name] ? '1' : '0', set: text => { state[name] = text === '1'; } });
+const amount = (name, low, high) => ({ get: () => digits(state[name], 6), set: text => { const x = Number(text); if (text !== '' && x >= low && x <= high) state[name] = x; } });
+const choice = (name, list) => ({ get: () => String(state[name]), set: text => { if (list().includes(text)) state[name] = text; } });
+const vector = (name, count, made = x => x) => ({
+  get: () => state[name].map(x => digits(x, 7)).join(),
+  set: text => { const list = text.split(',').map(Number); if (list.length === count && list.every(Number.isFinite) && (count < 4 || Math.hypot(...list) > 0.1)) state[name] = made(list); },
+});
+const optionsOf = name => () => controls[name] ? [...controls[name].options].map(o => o.value) : [state[name]];
+// What a link holds, in the order in which it is set. Texts from links are checked like any input.
+const LINKED = {
+  layout: choice('layout', optionsOf('layout')), wipe: amount('wipe', 0, meshes.length - 1), blink: flag('blink'), together: flag('together'),
+  level: { get: () => String(state.one), set: text => { if (/^[0-9]+$/.test(text) && Number(text) < meshes.length) state.one = Number(text); } },
+  smooth: flag('smooth'), edges: flag('edges'), backs: flag('backs'), perspective: flag('perspective'),
+  theme: choice('theme', optionsOf('theme')), up: choice('up', optionsOf('up')),
+  color: { get: () => state.color, set: text => { if (COLORS.some(([key]) => key === text)) setColor(text); } },
+  map: choice('map', optionsOf('map')), symmetric: flag('symmetric'), log: flag('log'), range: choice('range', optionsOf('range')),
+  ends: {
+    get: () => state.range === 'given' ? [state.low, state.high].join() : '',
+    set: text => { const [low, high] = text.split(',').map(Number); if (state.range === 'given' && low < high && Number.isFinite(high - low) && !(state.log && low <= 0)) { state.low = low; state.high = high; } },
+  },
+  lines: {
+    get: () => JSON.stringify([...state.overlays].sort()),
+    set: text => { try { const names = JSON.parse(text); state.overlays = new Set([...panel.querySelectorAll('[data-overlay]')].map(i => i.dataset.overlay).filter(n => names.includes(n))); } catch { /* not a list: a damaged link changes nothing */ } },
+  },
+  sharp: amount('sharp', 1, 179), length: amount('length', 0.2, 4),
+  cut: choice('cut', optionsOf('cut')), cutAt: amount('cutAt', -1, 1), cutOther: flag('cutOther'),
+  turn: vector('turn', 4, normalized), target: vector('target', 3), half: amount('half', 0, Infinity),
+};
+let initial = null, written = '', writing = null;
+const settings = () => Object.fromEntries(Object.entries(LINKED).map(([name, { get }]) => [name, get()]));
+// Only what differs from the page as it opened.
+function linkText() {
+  const now = settings(), parts = new URLSearchParams();
+  for (const name in now) if (now[name] !== initial[name]) parts.set(name, now[name]);
+  const text = String(parts);
+  return text && '#' + text;
+}
+function writeLink() {
+  clearTimeout(writing); writing = null;
+  if (!initial || linkText() === written) return;
+  written = linkText();
+  // Some frames may not change their address; the button then still tells it.
+  try { history.replaceState(null, '', written || location.pathname + location.search); } catch { viewer.link = written; }
+}
+// Addresses may only change a few times per second.
+function writeLater() { if (initial && !writing) writing = setTimeout(writeLink, 400); }
+function readLink() {
+  const parts = new URLSearchParams(location.hash.slice(1));
+  for (const [name, { set }] of Object.entries(LINKED)) set(parts.get(name) ?? initial[name]);
+  state.half = Math.min(Math.max(state.half, 1e-5 * radius()), 50 * radius());
+  if (isField(state.color)) setRange();
+  anchor = null;
+  showControls();
+  showLayout(); showTheme(); showFacts();
+  written = linkText();
+}
+async function copyLink() {
+  writeLink();
+  const address = location.href.split('#')[0] + written, said = element('link');
+  try {
+    await navigator.clipboard.writeText(address);
+    said.textContent = 'Copied';
+    live.textContent = 'The link is copied';
+    setTimeout(() => { said.textContent = 'Copy link'; }, 2000);
+  } catch {
+    // Without the right to copy, the address is there to be copied by hand.
+    controls.address.parentElement.hidden = false;
+    controls.address.value = address;
+    controls.address.select();
+  }
+}
+addEventListener('hashchange', () => { if (location.hash !== written) readLink(); });
 
 canvas.addEventListener('webglcontextlost', event => event.preventDefault());
 canvas.addEventListener('webglcontextrestored', () => { start(); redraw(); });
@@ -1284,12 +1521,20 @@ try {
   resetCamera();
   buildControls();
   showFacts();
+  // Room for all that is told about a point, so that pointing moves nothing.
+  element('values').style.setProperty('--rows', Math.max(...meshes.map(m => m.fields.size * 1.7 + (m.source.materials ? 1 : 0))) + (meshes.length > 1 ? 4 : 3));
+  // On a small screen they would hide the mesh.
+  element('hints').open = !matchMedia('(max-width: 760px)').matches;
   showPicked(null);
   showLayout();
   const first = COLORS.find(([key]) => key === page.start.color) ?? COLORS.find(([key]) => key === 'material') ?? COLORS[1] ?? COLORS[0];
   setColor(page.start.color === 'plain' ? 'plain' : first[0]);
+  // The legend takes room beside the picture, which is known only now.
+  resetCamera();
   if (page.start.range && isField(state.color)) { state.range = 'given'; [state.low, state.high] = page.start.range; state.symmetric = controls.symmetric.checked &&= state.low === -state.high; setRange(); }
   showTheme();
+  initial = settings();
+  readLink();
 } catch (error) {
   viewer.error = String(error);
   element('problem').hidden = false;

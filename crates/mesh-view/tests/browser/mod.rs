@@ -176,10 +176,11 @@ impl Browser {
         self.wait_for(ready);
     }
 
-    /// Opens a page of this crate and waits for its first picture.
+    /// Opens a page of this crate, waits for its first picture, and gives the keys to it.
     pub(crate) fn open_view(&mut self, path: &Path) {
         self.open(path, "Boolean(window.curvmesh && (curvmesh.ready || curvmesh.error))");
         assert_eq!(self.eval("curvmesh.error"), Value::Null);
+        self.eval("document.getElementById('canvas').focus(); 1");
     }
 
     /// Waits until all requested drawing is done.
