@@ -189,7 +189,7 @@ impl CoverData {
     /// For each face the first patch that covers it, -1 for none.
     fn patch_of_face<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
         let of = self.cover.patch_of_face.as_slice().iter();
-        let ids: Vec<i32> = of.map(|patch| patch.map_or(-1, |patch| patch.cast_signed())).collect();
+        let ids: Vec<i32> = of.map(|patch| patch.map_or(-1, u32::cast_signed)).collect();
         ids.into_pyarray(py)
     }
 
