@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod curvature_study;
+mod fetch;
 mod giant;
 mod instructions;
 mod peers;
@@ -46,8 +47,15 @@ enum Measurement {
     ///
     ///     cargo run --release -p benches --features meshopt -- peers --models meshes
     ///     cargo run --release -p benches -- peers --models meshes --max-errors 0.2
+    ///     cargo run -p benches -- peers --from benches/recorded/peers.jsonl
     #[command(verbatim_doc_comment)]
     Peers(peers::Peers),
+    /// Fetch the meshes of the benchmark from their public repositories, and check them
+    ///
+    ///     cargo run -p benches -- fetch --to meshes
+    ///     cargo run -p benches -- fetch --to meshes --cache downloads --meshes cow.obj,fandisk.obj
+    #[command(verbatim_doc_comment)]
+    Fetch(fetch::Fetch),
     #[command(hide = true)]
     PeerJob(peers::PeerJob),
     /// Write a torus with bumps of any size as binary PLY, without holding it in memory
@@ -71,6 +79,7 @@ fn main() -> ExitCode {
         Measurement::ToleranceStudy(options) => tolerance_study::run(&options),
         Measurement::CurvatureStudy(options) => curvature_study::run(&options),
         Measurement::Peers(options) => peers::run(&options),
+        Measurement::Fetch(options) => fetch::run(&options),
         Measurement::PeerJob(options) => peers::run_job(&options),
         Measurement::Giant(options) => giant::run(&options),
         Measurement::Instructions(options) => instructions::run(&options),

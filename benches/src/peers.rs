@@ -5,34 +5,43 @@
 //! minimum of several. Distances and normals are measured by `Open3D`, which is not one of the tools compared. Ratios
 //! are between runs of the same command.
 //!
+//! The record of a run is a file of JSON lines, one for each job. The tables of the pages are made from such a record,
+//! with `--from` without running anything.
+//!
 //! The tools written in Python are installed in a virtual environment under `target/peers`. CGAL is included if its
 //! headers and a C++ compiler are available, meshoptimizer if this program was built with the feature `meshopt`.
 
 mod environment;
 mod errors;
 mod job;
+mod pages;
 mod raw;
+mod record;
 mod table;
 mod tool;
+mod validity;
 
 use std::path::{Path, PathBuf};
 
 use mesh_core::BoundingBox;
+use mesh_metric::Surface;
+use sha2::{Digest, Sha256};
 
 use environment::Environment;
-use job::{Job, Target};
+use job::{Done, Job, Stop, Target};
 pub(crate) use job::{PeerJob, run as run_job};
 use raw::RawMesh;
-use table::Row;
+use record::{Machine, Outcome, Record};
 use tool::Tool;
+use validity::Judge;
 use xtask_common::{Failure, progress_bar};
 
 /// What to compare, and how.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Peers {
     /// The folder with the meshes
-    #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
-    models: PathBuf,
+    #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS", required_unless_present = "from")]
+    models: Option<PathBuf>,
     /// Which meshes, by file name; ten of different kinds by default
     #[arg(long, value_name = "FILE", value_delimiter = ',', default_values_t = MESHES.map(str::to_owned))]
     meshes: Vec<String>,
@@ -57,10 +66,20 @@ pub(crate) struct Peers {
     /// The tool that the others are ratios to: the first that is there of cgal-lt and meshlab
     #[arg(long, value_name = "TOOL")]
     base: Option<String>,
-    /// The folder for the environment, the numbers (peers.csv) and the table (peers.md)
+    /// The folder for the environment, the record (peers.jsonl) and the tables (peers.md)
     #[arg(long, value_name = "DIR", default_value = "target/peers")]
     out: PathBuf,
+    /// Run nothing; write the tables of the pages from this record
+    #[arg(long, value_name = "FILE")]
+    from: Option<PathBuf>,
+    /// The pages with tables, for --from
+    #[arg(long, value_name = "FILE", value_delimiter = ',', requires = "from")]
+    #[arg(default_values_t = PAGES.map(str::to_owned))]
+    pages: Vec<String>,
 }
+
+/// The pages that have tables of a record between marker comments.
+const PAGES: [&str; 2] = ["docs/results/peers.md", "README.md"];
 
 /// Scans, heads, animals and mechanical parts; closed, with a boundary and in many pieces.
 const MESHES: [&str; 10] = [
@@ -76,13 +95,17 @@ const MESHES: [&str; 10] = [
     "mountain.obj",
 ];
 
-/// Runs every tool on every mesh, and prints the table of geometric means.
+/// Runs every tool on every mesh, and prints the tables; or makes them from a record.
 pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
+    if let Some(path) = &options.from {
+        return write_pages(&record::read(path)?, &options.pages);
+    }
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let out = std::path::absolute(&options.out).map_err(Failure::writing(&options.out))?;
     let targets = targets(options);
+    let models = options.models.as_deref().unwrap_or_else(|| Path::new("."));
     for name in &options.meshes {
-        let path = options.models.join(name);
+        let path = models.join(name);
         if !path.is_file() {
             return Err(Failure::Usage(format!("there is no mesh {}", path.display())));
         }
@@ -91,15 +114,23 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     let environment = Environment::prepare(&out)?;
     let tools = with_others(there(wanted, options, &environment), options)?;
     let base = base(options, &tools)?;
+    let versions: Vec<Option<String>> = tools.iter().map(|t| environment.version(t)).collect();
+    let machine = Machine::this();
     let runs = options.meshes.len() * targets.len() * tools.len();
     let bar = progress_bar(runs);
     let mut rows = Vec::new();
     for name in &options.meshes {
-        let raw = unit_mesh(&options.models.join(name))?;
+        let path = models.join(name);
+        let bytes = std::fs::read(&path).map_err(Failure::reading(&path))?;
+        let sha256 = format!("{:x}", Sha256::digest(&bytes));
+        let raw = unit_mesh(&path)?;
         let input = out.join("input.raw");
         raw.write(&input)?;
+        let mesh = raw.to_mesh()?;
+        let surface = Surface::new(&mesh).map_err(Failure::mesh)?;
+        let judge = Judge::new(&raw, &mesh, &surface)?;
         for &target in &targets {
-            for tool in &tools {
+            for (tool, version) in tools.iter().zip(&versions) {
                 bar.set_message(format!("{name} {target} {tool}"));
                 let job = Job {
                     tool: tool.clone(),
@@ -109,12 +140,27 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                     input: input.clone(),
                     output: out.join("output.raw"),
                 };
-                let row = match environment.run(&job) {
-                    Ok(done) => {
-                        let errors = errors::measure(&environment, &input, &job.output)?;
-                        Row::done(name, &raw, target, tool, &done, &errors)
-                    }
-                    Err(why) => Row::failed(name, &raw, target, tool, why),
+                let outcome = outcome(&environment, &judge, &job);
+                let [program, preset] = tool.program_and_preset();
+                let row = Record {
+                    name: tool.to_string(),
+                    tool: program,
+                    version: version.clone(),
+                    preset,
+                    mesh: name.clone(),
+                    sha256: sha256.clone(),
+                    input_faces: raw.triangles.len(),
+                    target: target.to_string(),
+                    wanted: match job.target {
+                        Stop::Faces(faces) => Some(faces),
+                        Stop::Error(_) => None,
+                    },
+                    threads: options.threads,
+                    repeats: options.repeats,
+                    seed: errors::SEED,
+                    machine: machine.clone(),
+                    failure: outcome.as_ref().err().cloned(),
+                    outcome: outcome.ok(),
                 };
                 bar.suspend(|| println!("{row}"));
                 rows.push(row);
@@ -122,13 +168,35 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
             }
         }
         // A run takes long: intermediate results are saved in case it is aborted.
-        table::write_csv(&rows, &out.join("peers.csv"))?;
+        record::write(&rows, &out.join("peers.jsonl"))?;
     }
     bar.finish_and_clear();
-    let text = table::markdown(&rows, &tools, &base, &targets, options.threads);
+    let text = table::report(&rows, &base.to_string());
     let path = out.join("peers.md");
     std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
     print!("{text}");
+    Ok(())
+}
+
+/// Runs a job, and measures and judges its result.
+fn outcome(environment: &Environment, judge: &Judge<'_>, job: &Job) -> Result<Outcome, String> {
+    let done = environment.run(job)?;
+    let result = RawMesh::read(&job.output).map_err(|e| e.to_string())?;
+    let validity = judge.judge(&result).map_err(|e| e.to_string())?;
+    let errors = errors::measure(environment, &job.input, &job.output)?;
+    let Done { faces, seconds, peak } = done;
+    Ok(Outcome { faces, seconds, memory: peak, errors, validity })
+}
+
+/// Writes the tables of pages anew.
+fn write_pages(rows: &[Record], pages: &[String]) -> Result<(), Failure> {
+    for page in pages {
+        let path = Path::new(page);
+        let old = std::fs::read_to_string(path).map_err(Failure::reading(path))?;
+        let (new, blocks) = pages::rewrite(&old, rows)?;
+        std::fs::write(path, new).map_err(Failure::writing(path))?;
+        println!("{page}: {blocks} tables");
+    }
     Ok(())
 }
 

@@ -102,6 +102,33 @@ impl Environment {
         }
     }
 
+    /// The version of a tool, if it can be had.
+    pub(super) fn version(&self, tool: &Tool) -> Option<String> {
+        match tool {
+            Tool::Ours(_) | Tool::OursProved(_) => Some(env!("CARGO_PKG_VERSION").into()),
+            Tool::OurProgram { program, .. } => {
+                let answer = succeed(Command::new(program).arg("--version")).ok()?;
+                Some(answer.split_whitespace().last()?.to_owned())
+            }
+            Tool::Meshopt => locked_version(include_str!("../../../Cargo.lock"), "meshopt"),
+            Tool::CgalLindstromTurk | Tool::CgalGarlandHeckbert => {
+                let header = std::fs::read_to_string("/usr/include/CGAL/version.h").ok()?;
+                defined(&header, "CGAL_VERSION")
+            }
+            Tool::Python(package) => {
+                // Open3D has a second package, which runs without a graphics card.
+                let ask = |name: &str| {
+                    let code =
+                        format!("import importlib.metadata as m; print(m.version('{name}'))");
+                    succeed(self.python.python().args(["-c", &code])).ok()
+                };
+                let name = package.distribution();
+                let answer = ask(name).or_else(|| ask(&format!("{name}-cpu")))?;
+                Some(answer.trim().to_owned())
+            }
+        }
+    }
+
     /// Runs a tool.
     pub(super) fn run(&self, job: &Job) -> Result<Done, String> {
         let [kind, value] = job.target.arguments();
@@ -183,6 +210,23 @@ impl Environment {
     }
 }
 
+/// The version of a crate in a lock file.
+fn locked_version(lock: &str, name: &str) -> Option<String> {
+    let heading = format!("name = \"{name}\"");
+    let mut lines = lock.lines().skip_while(|line| *line != heading);
+    let version = lines.nth(1)?.strip_prefix("version = \"")?.strip_suffix('"')?;
+    Some(version.to_owned())
+}
+
+/// The text that a header defines a name as.
+fn defined(header: &str, name: &str) -> Option<String> {
+    let words = header.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    words.into_iter().find_map(|words| match words[..] {
+        ["#define", defined, value] if defined == name => Some(value.to_owned()),
+        _ => None,
+    })
+}
+
 /// The output of a command, or the end of its error messages.
 fn succeed(command: &mut Command) -> Result<String, String> {
     let output = command.output().map_err(|e| format!("{:?}: {e}", command.get_program()))?;
@@ -191,4 +235,20 @@ fn succeed(command: &mut Command) -> Result<String, String> {
     }
     let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
     Err(complaint.lines().last().unwrap_or("it failed without a word").to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{defined, locked_version};
+
+    #[test]
+    fn versions_are_read_from_lock_files_and_headers() {
+        let lock = include_str!("../../../Cargo.lock");
+        assert_eq!(locked_version(lock, "benches").as_deref(), Some(env!("CARGO_PKG_VERSION")));
+        assert!(locked_version(lock, "meshopt").is_some());
+        assert_eq!(locked_version(lock, "no such crate"), None);
+        let header = "#define CGAL_VERSION_NR 1060101000\n#define CGAL_VERSION 6.1\n";
+        assert_eq!(defined(header, "CGAL_VERSION").as_deref(), Some("6.1"));
+        assert_eq!(defined(header, "CGAL"), None);
+    }
 }

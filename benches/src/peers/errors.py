@@ -1,4 +1,4 @@
-"""Two-sided distance and deviation of normals between two raw meshes: ORIGINAL RESULT.
+"""Two-sided distance and deviation of normals between two raw meshes: ORIGINAL RESULT SEED.
 
 Prints mean, root mean square (means of the two directions), maximum, and the mean angle between
 the normals at nearest points in degrees.
@@ -50,8 +50,9 @@ def one_way(points, normals, surface):
 
 def main():
     original, result = (read(path) for path in sys.argv[1:3])
-    there = one_way(*samples(*original, 1), scene(*result))
-    back = one_way(*samples(*result, 2), scene(*original))
+    seed = int(sys.argv[3])
+    there = one_way(*samples(*original, seed), scene(*result))
+    back = one_way(*samples(*result, seed + 1), scene(*original))
     mean, rms, _, angle = ((x + y) / 2 for x, y in zip(there, back))
     print(mean, rms, max(there[2], back[2]), angle)
 

@@ -1,207 +1,290 @@
-//! The numbers of all runs, and their geometric means as ratios to one of the tools.
+//! Tables of records: geometric means as ratios to one of the tools, and sums of defects.
 
-use std::fmt;
 use std::fmt::Write as _;
-use std::path::Path;
 
-use super::errors::Errors;
-use super::job::{Done, Target};
-use super::raw::RawMesh;
-use super::tool::Tool;
-use xtask_common::Failure;
+use super::record::{Outcome, Record};
 
-/// A run.
+/// A column of a table of ratios.
 #[derive(Clone, Debug)]
-pub(super) struct Row {
-    mesh: String,
-    faces: usize,
-    target: String,
-    tool: String,
-    /// The requested number of faces, if any.
-    wanted: Option<usize>,
-    result: Result<(Done, Errors), String>,
+enum Column {
+    Time,
+    /// The time to one target.
+    TimeTo(String),
+    Mean,
+    Rms,
+    Max,
+    Normals,
+    /// The largest memory of a job; no ratio.
+    Bytes,
 }
 
-/// Results whose face counts differ by more are not compared.
-const LEEWAY: f64 = 0.02;
-
-impl Row {
-    pub(super) fn done(
-        mesh: &str,
-        raw: &RawMesh,
-        target: Target,
-        tool: &Tool,
-        done: &Done,
-        errors: &Errors,
-    ) -> Self {
-        Self {
-            result: Ok((*done, *errors)),
-            ..Self::failed(mesh, raw, target, tool, String::new())
+impl Column {
+    fn title(&self) -> String {
+        match self {
+            Self::Time => "time".into(),
+            Self::TimeTo(target) => format!("to {target}"),
+            Self::Mean => "mean distance".into(),
+            Self::Rms => "RMS distance".into(),
+            Self::Max => "largest distance".into(),
+            Self::Normals => "normals".into(),
+            Self::Bytes => "bytes per input face".into(),
         }
     }
 
-    pub(super) fn failed(
-        mesh: &str,
-        raw: &RawMesh,
-        target: Target,
-        tool: &Tool,
-        why: String,
-    ) -> Self {
-        let faces = raw.triangles.len();
-        let wanted = match target {
-            Target::Share(share) => Some((faces as f64 * share) as usize),
-            Target::Error(_) => None,
-        };
-        let [target, tool] = [target.to_string(), tool.to_string()];
-        Self { mesh: mesh.to_owned(), faces, target, tool, wanted, result: Err(why) }
-    }
-
-    /// Whether the run has the requested number of faces.
-    fn is_comparable(&self) -> bool {
-        match (&self.result, self.wanted) {
-            (Ok((done, _)), Some(wanted)) => {
-                done.faces.abs_diff(wanted) as f64 <= LEEWAY * wanted as f64 + 2.0
+    fn cell(&self, rows: &[&Record], name: &str, base: &str) -> String {
+        let of = |index: usize| mean(&ratios(rows, name, base), index);
+        let value = match self {
+            Self::Bytes => {
+                let bytes = most_bytes(rows, name);
+                return if bytes.is_nan() { String::new() } else { format!("{bytes:.0}") };
             }
-            (Ok(_), None) => true,
-            (Err(_), _) => false,
-        }
-    }
-
-    /// Time, mean, root mean square and maximum of the distance, normals, and faces.
-    fn values(&self) -> Option<[f64; 6]> {
-        let (done, errors) = self.result.as_ref().ok()?;
-        let Errors { mean, rms, max, normals } = *errors;
-        Some([done.seconds, mean, rms, max, normals, done.faces as f64])
-    }
-
-    fn bytes_per_face(&self) -> Option<f64> {
-        Some(self.result.as_ref().ok()?.0.peak? as f64 / self.faces.max(1) as f64)
-    }
-}
-
-impl fmt::Display for Row {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:24} {:>12} {:20} ", self.mesh, self.target, self.tool)?;
-        match &self.result {
-            Ok((done, errors)) => write!(
-                f,
-                "{:>8} faces {:9.4} s  mean {:.5} rms {:.5} max {:.4} %  normals {:6.3}{}",
-                done.faces,
-                done.seconds,
-                100.0 * errors.mean,
-                100.0 * errors.rms,
-                100.0 * errors.max,
-                errors.normals,
-                self.bytes_per_face()
-                    .map_or_else(String::new, |b| format!("  {b:.0} bytes a face")),
-            ),
-            Err(why) => f.write_str(why),
-        }
+            _ if name == base => return "1".into(),
+            Self::Time => of(0),
+            Self::TimeTo(target) => {
+                let rows: Vec<&Record> =
+                    rows.iter().filter(|row| row.target == *target).copied().collect();
+                mean(&ratios(&rows, name, base), 0)
+            }
+            Self::Mean => of(1),
+            Self::Rms => of(2),
+            Self::Max => of(3),
+            Self::Normals => of(4),
+        };
+        let digits = match self {
+            // Two digits that count.
+            Self::Time | Self::TimeTo(_) if value < 0.1 => 3,
+            Self::Mean if value < 1.0 => 3,
+            _ => 2,
+        };
+        told(value, digits)
     }
 }
 
-/// All runs, one per line.
-pub(super) fn write_csv(rows: &[Row], path: &Path) -> Result<(), Failure> {
-    let failed = |e: csv::Error| Failure::writing(path)(e);
-    let mut table = csv::Writer::from_path(path).map_err(failed)?;
-    let header = ["mesh", "faces", "target", "tool", "seconds", "mean", "rms", "max", "normals"];
-    let more = ["faces_left", "bytes_per_face", "failure"];
-    table.write_record(header.iter().chain(&more)).map_err(failed)?;
-    for row in rows {
-        let mut record =
-            vec![row.mesh.clone(), row.faces.to_string(), row.target.clone(), row.tool.clone()];
-        match row.values() {
-            Some(values) => record.extend(values.map(|value| value.to_string())),
-            None => record.extend([(); 6].map(|()| String::new())),
-        }
-        record.push(row.bytes_per_face().map_or_else(String::new, |bytes| format!("{bytes:.1}")));
-        record.push(row.result.as_ref().err().cloned().unwrap_or_default());
-        table.write_record(&record).map_err(failed)?;
+/// The table of all columns, as in the book.
+pub(super) fn full(rows: &[Record], base: &str) -> String {
+    let mut columns = vec![Column::Time];
+    let targets = distinct(rows, |row| &row.target);
+    if targets.len() > 1 {
+        columns.extend(targets.iter().map(|target| Column::TimeTo((*target).to_owned())));
     }
-    table.flush().map_err(Failure::writing(path))
+    columns.extend([Column::Mean, Column::Rms, Column::Max, Column::Normals, Column::Bytes]);
+    of_columns(rows, base, &columns)
 }
 
-/// Geometric means of the ratios to the base: over all targets, and for each of them.
-pub(super) fn markdown(
-    rows: &[Row],
-    tools: &[Tool],
-    base: &Tool,
-    targets: &[Target],
-    threads: usize,
-) -> String {
-    let mut text = String::new();
-    let all: Vec<String> = targets.iter().map(ToString::to_string).collect();
-    let mut groups: Vec<(String, &[String])> = vec![(all.join(", "), &all)];
-    if all.len() > 1 {
-        groups.extend(all.iter().map(|target| (target.clone(), core::slice::from_ref(target))));
-    }
-    for (title, of) in groups {
-        let _ = writeln!(text, "\n{title}, threads: {threads}; ratios to {base}\n");
-        text.push_str(
-            "| tool | runs | time | mean | rms | max | normals | faces | worst mean | most bytes a face |\n\
-             |---|---|---|---|---|---|---|---|---|---|\n",
-        );
-        let rows: Vec<&Row> = rows.iter().filter(|row| of.contains(&row.target)).collect();
-        for tool in tools {
-            line(&mut text, &rows, &tool.to_string(), &base.to_string());
+/// The table of time and distances, as in the README.
+pub(super) fn short(rows: &[Record], base: &str) -> String {
+    of_columns(rows, base, &[Column::Time, Column::Mean, Column::Rms, Column::Max])
+}
+
+/// The table of distances and normals alone, for records whose times mean nothing.
+pub(super) fn distances(rows: &[Record], base: &str) -> String {
+    of_columns(rows, base, &[Column::Mean, Column::Rms, Column::Max, Column::Normals])
+}
+
+fn of_columns(rows: &[Record], base: &str, columns: &[Column]) -> String {
+    let titles: Vec<String> = columns.iter().map(Column::title).collect();
+    let all: Vec<&Record> = rows.iter().collect();
+    let mut text = format!("| | {} |\n|---|{}\n", titles.join(" | "), "---|".repeat(columns.len()));
+    for name in distinct(rows, |row| &row.name) {
+        let _ = write!(text, "| {} |", label(rows, name));
+        for column in columns {
+            match column.cell(&all, name, base) {
+                cell if cell.is_empty() => text.push_str(" |"),
+                cell => drop(write!(text, " {cell} |")),
+            }
         }
+        text.push('\n');
     }
     text
 }
 
-fn line(text: &mut String, rows: &[&Row], tool: &str, base: &str) {
-    let own: Vec<&&Row> = rows.iter().filter(|row| row.tool == tool).collect();
-    let ratios: Vec<[f64; 6]> = own
-        .iter()
-        .filter(|row| row.is_comparable())
-        .filter_map(|row| {
-            let same = |other: &&&Row| {
-                other.tool == base && (&other.mesh, &other.target) == (&row.mesh, &row.target)
-            };
-            let other = rows.iter().find(same).filter(|other| other.is_comparable())?;
-            let (ours, theirs) = (row.values()?, other.values()?);
-            Some(core::array::from_fn(|i| ours[i].max(1e-12) / theirs[i].max(1e-12)))
-        })
-        .collect();
-    let mean =
-        |i: usize| (ratios.iter().map(|r| r[i].ln()).sum::<f64>() / ratios.len() as f64).exp();
+/// The defects that the inputs did not have, summed over all jobs, and what else tells whether a result is sound.
+pub(super) fn validity(rows: &[Record]) -> String {
+    let mut text = String::new();
+    for name in distinct(rows, |row| &row.name) {
+        let own = || rows.iter().filter(|row| row.name == name);
+        let outcomes: Vec<&Outcome> = own().filter_map(|row| row.outcome.as_ref()).collect();
+        let failed = own().filter(|row| row.outcome.is_none()).count();
+        let missed = own().filter(|row| row.has_missed()).count();
+        let mut sums = outcomes.iter().map(|outcome| outcome.validity.new_defects());
+        let mut sum = sums.next().unwrap_or_default();
+        for counts in sums {
+            sum.iter_mut().zip(counts).for_each(|(total, (_, count))| total.1 += count);
+        }
+        if text.is_empty() {
+            let titles: Vec<&str> = sum.iter().map(|(title, _)| *title).collect();
+            let _ = writeln!(
+                text,
+                "| | runs | failed | other number of faces | {} | area | volume | normals |\n|---|{}",
+                titles.join(" | "),
+                "---|".repeat(titles.len() + 6)
+            );
+        }
+        let average = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let area = average(outcomes.iter().map(|o| 100.0 * o.validity.area.abs()).collect());
+        let volumes = outcomes.iter().filter_map(|o| Some(100.0 * o.validity.volume?.abs()));
+        let normals = average(outcomes.iter().map(|o| o.errors.normals).collect());
+        let counts: Vec<String> = sum.iter().map(|(_, count)| count.to_string()).collect();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {failed} | {missed} | {} | {} % | {} % | {}° |",
+            label(rows, name),
+            own().count(),
+            counts.join(" | "),
+            told(area, 2),
+            told(average(volumes.collect()), 2),
+            told(normals, 2),
+        );
+    }
+    text
+}
+
+/// Everything about a run, for the terminal: ratios over all targets and for each of them, and defects.
+pub(super) fn report(rows: &[Record], base: &str) -> String {
+    let mut text = String::new();
+    let all = distinct(rows, |row| &row.target);
+    let mut groups = vec![all.clone()];
+    if all.len() > 1 {
+        groups.extend(all.iter().map(|target| vec![*target]));
+    }
+    for targets in groups {
+        let _ = writeln!(text, "\n{}; ratios to {base}\n", targets.join(", "));
+        text.push_str(
+            "| tool | runs | time | mean | rms | max | normals | faces | worst mean | most bytes a face |\n\
+             |---|---|---|---|---|---|---|---|---|---|\n",
+        );
+        let of: Vec<&Record> = rows.iter().filter(|r| targets.contains(&&*r.target)).collect();
+        for name in distinct(rows, |row| &row.name) {
+            line(&mut text, &of, name, base);
+        }
+    }
+    let _ = write!(text, "\nDefects that the inputs did not have\n\n{}", validity(rows));
+    text
+}
+
+fn line(text: &mut String, rows: &[&Record], name: &str, base: &str) {
+    let ratios = ratios(rows, name, base);
     let worst = ratios.iter().map(|r| r[1]).fold(f64::NAN, f64::max);
-    let bytes = own.iter().filter_map(|row| row.bytes_per_face()).fold(f64::NAN, f64::max);
-    let told = |x: f64, digits: usize| {
-        if x.is_nan() { "–".to_owned() } else { format!("{x:.digits$}") }
-    };
     let _ = writeln!(
         text,
-        "| {tool} | {} of {} | {} | {} | {} |",
+        "| {name} | {} of {} | {} | {} | {} |",
         ratios.len(),
-        own.len(),
-        core::array::from_fn::<_, 6, _>(|i| told(mean(i), 3)).join(" | "),
+        rows.iter().filter(|row| row.name == name).count(),
+        core::array::from_fn::<_, 6, _>(|i| told(mean(&ratios, i), 3)).join(" | "),
         told(worst, 2),
-        told(bytes, 0),
+        told(most_bytes(rows, name), 0),
     );
+}
+
+/// The tool that the others are ratios to.
+pub(super) fn usual_base(rows: &[Record]) -> Option<&str> {
+    let names = distinct(rows, |row| &row.name);
+    let preferred = ["cgal-lt", "meshlab"].into_iter().find(|name| names.contains(name));
+    preferred.or_else(|| names.first().copied())
+}
+
+/// The ratios of the values of a tool to the values of another one, for each job that both did.
+fn ratios(rows: &[&Record], name: &str, base: &str) -> Vec<[f64; 6]> {
+    let own = rows.iter().filter(|row| row.name == name && row.is_comparable());
+    own.filter_map(|row| {
+        let same = |other: &&&Record| {
+            other.name == base && (&other.mesh, &other.target) == (&row.mesh, &row.target)
+        };
+        let other = rows.iter().find(same).filter(|other| other.is_comparable())?;
+        let (ours, theirs) = (row.values()?, other.values()?);
+        Some(core::array::from_fn(|i| ours[i].max(1e-12) / theirs[i].max(1e-12)))
+    })
+    .collect()
+}
+
+/// The geometric mean of a value.
+fn mean(ratios: &[[f64; 6]], index: usize) -> f64 {
+    (ratios.iter().map(|r| r[index].ln()).sum::<f64>() / ratios.len() as f64).exp()
+}
+
+fn most_bytes(rows: &[&Record], name: &str) -> f64 {
+    let own = rows.iter().filter(|row| row.name == name);
+    own.filter_map(|row| row.bytes_per_face()).fold(f64::NAN, f64::max)
+}
+
+fn told(x: f64, digits: usize) -> String {
+    if x.is_nan() { "–".to_owned() } else { format!("{x:.digits$}") }
+}
+
+/// The values of a field, in the order in which they come.
+fn distinct(rows: &[Record], field: impl Fn(&Record) -> &String) -> Vec<&str> {
+    let mut found: Vec<&str> = Vec::new();
+    for row in rows {
+        let value = field(row);
+        if !found.contains(&value.as_str()) {
+            found.push(value);
+        }
+    }
+    found
+}
+
+/// The name of a tool in a page.
+fn label(rows: &[Record], name: &str) -> String {
+    if rows.iter().any(|row| row.name == name && row.is_ours()) {
+        return format!("`{name}`");
+    }
+    match name {
+        "cgal-lt" => "CGAL Lindstrom-Turk",
+        "cgal-gh" => "CGAL Garland-Heckbert",
+        "meshlab" => "MeshLab",
+        "meshlib" => "MeshLib",
+        "open3d" => "Open3D",
+        other => other,
+    }
+    .to_owned()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use simplify::Preset;
-
-    fn row(tool: &Tool, faces: usize, seconds: f64, mean: f64) -> Row {
-        let raw = RawMesh { vertices: Vec::new(), triangles: vec![[0; 3]; 1000] };
-        let errors = Errors { mean, rms: mean, max: mean, normals: 1.0 };
-        let done = Done { seconds, faces, peak: Some(5000) };
-        Row::done("a", &raw, Target::Share(0.1), tool, &done, &errors)
-    }
+    use crate::peers::record::tests::record;
 
     #[test]
     fn ratios_are_geometric_means_over_equal_counts() {
-        let (fast, base) = (Tool::Ours(Preset::Fast), Tool::CgalLindstromTurk);
-        let rows = [row(&fast, 100, 1.0, 3.0), row(&base, 101, 4.0, 2.0)];
-        let tools = [fast.clone(), base.clone()];
-        let text = markdown(&rows, &tools, &base, &[Target::Share(0.1)], 1);
+        let rows = [record("fast", 100, 1.0, 3.0), record("cgal-lt", 101, 4.0, 2.0)];
+        let text = report(&rows, "cgal-lt");
         assert!(text.contains("| fast | 1 of 1 | 0.250 | 1.500 |"), "{text}");
-        let missed = [row(&fast, 120, 1.0, 3.0), row(&base, 101, 4.0, 2.0)];
-        let text = markdown(&missed, &tools, &base, &[Target::Share(0.1)], 1);
+        let missed = [record("fast", 120, 1.0, 3.0), record("cgal-lt", 101, 4.0, 2.0)];
+        let text = report(&missed, "cgal-lt");
         assert!(text.contains("| fast | 0 of 1 |"), "{text}");
+    }
+
+    #[test]
+    fn tables_have_the_form_of_the_pages() {
+        let mut other = record("fast", 100, 2.0, 3.0);
+        other.target = "2 %".into();
+        let mut base = record("cgal-lt", 101, 4.0, 2.0);
+        base.target = "2 %".into();
+        base.outcome.as_mut().unwrap().memory = None;
+        let rows = [record("fast", 100, 0.2, 1.0), record("cgal-lt", 100, 4.0, 2.0), other, base];
+        assert_eq!(
+            short(&rows, "cgal-lt"),
+            "| | time | mean distance | RMS distance | largest distance |\n|---|---|---|---|---|\n\
+             | `fast` | 0.16 | 0.866 | 0.87 | 0.87 |\n| CGAL Lindstrom-Turk | 1 | 1 | 1 | 1 |\n"
+        );
+        let text = full(&rows, "cgal-lt");
+        assert!(text.starts_with("| | time | to 10 % | to 2 % | mean distance |"), "{text}");
+        assert!(text.contains("| `fast` | 0.16 | 0.050 | 0.50 | 0.866 |"), "{text}");
+        assert!(text.contains("| 1.00 | 5 |\n"), "{text}");
+    }
+
+    #[test]
+    fn defects_are_sums_of_what_the_inputs_did_not_have() {
+        let mut failed = record("fast", 100, 1.0, 3.0);
+        failed.outcome = None;
+        let rows = [record("fast", 100, 1.0, 3.0), record("fast", 103, 1.0, 3.0), failed];
+        let text = validity(&rows);
+        let line = text.lines().last().unwrap();
+        assert_eq!(
+            line,
+            "| `fast` | 3 | 1 | 1 | 0 | 6 | 0 | 0 | 0 | 2 | 0 | 25.00 % | 50.00 % | 1.00° |"
+        );
+        let cells = |line: &str| line.matches('|').count();
+        assert!(text.lines().all(|other| cells(other) == cells(line)), "{text}");
     }
 }

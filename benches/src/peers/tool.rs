@@ -48,6 +48,14 @@ impl Package {
         }
     }
 
+    /// The name in the index of packages.
+    pub(super) fn distribution(self) -> &'static str {
+        match self {
+            Self::MeshLab | Self::Manifold => self.module(),
+            Self::FastSimplification | Self::MeshLib | Self::Open3d => self.name(),
+        }
+    }
+
     /// The module to import.
     pub(super) fn module(self) -> &'static str {
         match self {
@@ -68,6 +76,18 @@ impl Tool {
         let programs = [Self::CgalLindstromTurk, Self::CgalGarlandHeckbert, Self::Meshopt];
         let packages = Package::ALL.map(Self::Python);
         ours.chain(proved).chain(programs).chain(packages).collect()
+    }
+
+    /// The program or library, and what of it runs.
+    pub(super) fn program_and_preset(&self) -> [String; 2] {
+        match self {
+            Self::Ours(_) | Self::OursProved(_) => ["curvmesh".into(), self.to_string()],
+            Self::OurProgram { name, preset, .. } => [format!("curvmesh@{name}"), preset.clone()],
+            Self::Meshopt => [self.to_string(), "simplify".into()],
+            Self::CgalLindstromTurk => ["cgal".into(), "lindstrom-turk".into()],
+            Self::CgalGarlandHeckbert => ["cgal".into(), "garland-heckbert".into()],
+            Self::Python(package) => [package.name().into(), "default".into()],
+        }
     }
 
     /// Whether it is included by default.

@@ -13,6 +13,8 @@ use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use mesh_work::{build_with_needed_repairs, splits_vertices};
 use serde_json::Value;
 
+use crate::turned::Turning;
+
 /// What a command promises about a mesh that it writes. Numbers are finite and labels are labels of the input in any
 /// case.
 #[derive(Clone, Copy, Debug)]
@@ -200,7 +202,10 @@ fn compare_sides(
     let samples = CompareOptions { samples: 4000, ..CompareOptions::default() };
     let distances = compare(&new, &old, &samples);
     if promise.unfolded && promise.pieces == 1 && !is_joined_anew {
-        let turned = turned_faces(before, &old, after, distances.forward.max);
+        let turning = Turning::new(&before.mesh, &old);
+        let is_turned =
+            |&face: &FaceId| turning.is_turned(after.mesh.triangle(face), distances.forward.max);
+        let turned: Vec<FaceId> = after.mesh.topology().faces().filter(is_turned).collect();
         if let [first, ..] = turned[..] {
             let corners = after.mesh.triangle(first);
             let count = turned.len();
@@ -352,36 +357,6 @@ fn labels(input: &Model, output: &Model, found: &mut Vec<String>) {
             }
         }
     }
-}
-
-/// Faces whose normal is opposite to the normal of the surface, and of all of the surface near by.
-fn turned_faces(before: &Side, old: &Surface, after: &Side, error: f64) -> Vec<FaceId> {
-    let tree = FaceTree::new(&before.mesh);
-    let unit = |mesh: &TriMesh, face: FaceId| mesh.face_cross(face).normalize_or_zero();
-    let size = before.mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal());
-    let reach = 2.0 * error + 1e-9 * size;
-    let is_turned = |face: FaceId| {
-        let normal = unit(&after.mesh, face);
-        let [a, b, c] = after.mesh.triangle(face);
-        let centre = (a + b + c) / 3.0;
-        let samples =
-            [centre, 0.6 * a + 0.2 * (b + c), 0.6 * b + 0.2 * (a + c), 0.6 * c + 0.2 * (a + b)];
-        normal != DVec3::ZERO
-            && samples.iter().all(|&sample| {
-                let nearest = old.closest(sample).face;
-                let is_opposite = unit(&before.mesh, nearest).dot(normal) < -0.2;
-                let near = BoundingBox { min: sample - reach, max: sample + reach };
-                is_opposite
-                    && tree
-                        .find(&before.mesh, near, |other| {
-                            let corners = before.mesh.triangle(other);
-                            let bounds = BoundingBox::of_triangle(corners);
-                            bounds.meets(near) && unit(&before.mesh, other).dot(normal) > 0.0
-                        })
-                        .is_none()
-            })
-    };
-    after.mesh.topology().faces().filter(|&face| is_turned(face)).collect()
 }
 
 /// The number of faces that cross another one.

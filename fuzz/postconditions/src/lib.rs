@@ -8,6 +8,8 @@ pub mod commands;
 mod judge;
 pub mod kinds;
 mod parts;
+mod turned;
 pub mod wear;
 
 pub use judge::{Promise, Topology, violations};
+pub use turned::Turning;

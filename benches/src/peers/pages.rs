@@ -1,0 +1,79 @@
+//! Tables in pages, between marker comments, written from a record.
+//!
+//! A block starts with `<!-- peers: KIND -->` or `<!-- peers: KIND, ratios to TOOL -->` and ends with
+//! `<!-- peers: end -->`. The kinds are `full`, `short`, `distances` and `validity`.
+
+use super::record::Record;
+use super::table;
+use xtask_common::Failure;
+
+const START: &str = "<!-- peers: ";
+const END: &str = "<!-- peers: end -->";
+
+/// The page with all its blocks written anew, and the number of blocks.
+pub(super) fn rewrite(page: &str, rows: &[Record]) -> Result<(String, usize), Failure> {
+    let mut text = String::new();
+    let mut blocks = 0;
+    let mut lines = page.lines();
+    while let Some(line) = lines.next() {
+        text.push_str(line);
+        text.push('\n');
+        let marker = line.strip_prefix(START).and_then(|rest| rest.strip_suffix(" -->"));
+        let Some(marker) = marker else { continue };
+        text.push_str(&format!("\n{}\n{END}\n", block(marker, rows)?));
+        blocks += 1;
+        if !lines.by_ref().any(|line| line == END) {
+            return Err(Failure::Usage(format!("after `{line}` there is no `{END}`")));
+        }
+    }
+    Ok((text, blocks))
+}
+
+fn block(marker: &str, rows: &[Record]) -> Result<String, Failure> {
+    let (kind, base) = match marker.split_once(", ratios to ") {
+        Some((kind, base)) => (kind, Some(base)),
+        None => (marker, table::usual_base(rows)),
+    };
+    let base = base.unwrap_or_default();
+    if !rows.iter().any(|row| row.name == base) {
+        return Err(Failure::Usage(format!("`{START}{marker} -->`: the record has no `{base}`")));
+    }
+    match kind {
+        "full" => Ok(table::full(rows, base)),
+        "short" => Ok(table::short(rows, base)),
+        "distances" => Ok(table::distances(rows, base)),
+        "validity" => Ok(table::validity(rows)),
+        _ => Err(Failure::Usage(format!(
+            "there is no table `{kind}`; there are full, short, distances and validity"
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::peers::record::tests::record;
+
+    #[test]
+    fn blocks_are_replaced_and_the_rest_is_kept() {
+        let rows = [record("fast", 100, 1.0, 3.0), record("meshlab", 100, 4.0, 2.0)];
+        let page = "a\n<!-- peers: short, ratios to fast -->\nold\n<!-- peers: end -->\nb\n";
+        let (new, blocks) = rewrite(page, &rows).unwrap();
+        assert_eq!(blocks, 1);
+        assert!(new.starts_with("a\n") && new.ends_with("\n<!-- peers: end -->\nb\n"), "{new}");
+        assert!(!new.contains("old") && new.contains("| MeshLab | 4.00 |"), "{new}");
+        assert_eq!(rewrite(&new, &rows).unwrap(), (new, 1));
+    }
+
+    #[test]
+    fn wrong_markers_are_refused() {
+        let rows = [record("fast", 100, 1.0, 3.0)];
+        for page in [
+            "<!-- peers: short -->\n",
+            "<!-- peers: long -->\n<!-- peers: end -->\n",
+            "<!-- peers: short, ratios to cgal-lt -->\n<!-- peers: end -->\n",
+        ] {
+            assert!(rewrite(page, &rows).is_err(), "{page}");
+        }
+    }
+}

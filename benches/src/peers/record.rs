@@ -1,0 +1,216 @@
+//! The one record of a run of `benches peers`: JSON lines, one for each job.
+
+use std::fmt;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::errors::Errors;
+use super::validity::Validity;
+use xtask_common::Failure;
+
+/// A job and its outcome.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Record {
+    /// The name of tool and preset on the command line.
+    pub(super) name: String,
+    /// The program or library.
+    pub(super) tool: String,
+    /// Its version, if it can be had.
+    pub(super) version: Option<String>,
+    pub(super) preset: String,
+    pub(super) mesh: String,
+    /// Of the file of the mesh, in hexadecimal digits.
+    pub(super) sha256: String,
+    pub(super) input_faces: usize,
+    pub(super) target: String,
+    /// The number of faces that was asked for; none at an error limit.
+    pub(super) wanted: Option<usize>,
+    pub(super) threads: usize,
+    pub(super) repeats: usize,
+    /// Of the points at which distances are measured.
+    pub(super) seed: u64,
+    pub(super) machine: Machine,
+    /// None if the job failed.
+    pub(super) outcome: Option<Outcome>,
+    /// Why the job failed.
+    pub(super) failure: Option<String>,
+}
+
+/// What a job left.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Outcome {
+    pub(super) faces: usize,
+    /// The least time of the repeats.
+    pub(super) seconds: f64,
+    /// Bytes beyond the memory in use after reading the input, if the system reports them.
+    pub(super) memory: Option<u64>,
+    /// In units of the diagonal.
+    pub(super) errors: Errors,
+    pub(super) validity: Validity,
+}
+
+/// Where a job ran.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Machine {
+    pub(super) cores: usize,
+    pub(super) cpu: Option<String>,
+}
+
+impl Machine {
+    /// This one.
+    pub(super) fn this() -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let cpu = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        Self { cores, cpu: cpu.map(|(_, name)| name.trim().to_owned()) }
+    }
+}
+
+/// Results whose face counts differ by more are not compared.
+const LEEWAY: f64 = 0.02;
+/// Results whose face counts differ by more have missed the number of faces.
+const MISSED: f64 = 0.01;
+
+impl Record {
+    /// Whether the number of faces differs from the number that was asked for by no more than a limit.
+    fn is_within(&self, limit: impl Fn(f64) -> f64) -> bool {
+        match (&self.outcome, self.wanted) {
+            (Some(outcome), Some(wanted)) => {
+                outcome.faces.abs_diff(wanted) as f64 <= limit(wanted as f64)
+            }
+            (Some(_), None) => true,
+            (None, _) => false,
+        }
+    }
+
+    /// Whether errors and time compare with those of other tools.
+    pub(super) fn is_comparable(&self) -> bool {
+        self.is_within(|wanted| LEEWAY * wanted + 2.0)
+    }
+
+    /// Whether the job ended with another number of faces. One collapse more or less is none.
+    pub(super) fn has_missed(&self) -> bool {
+        self.outcome.is_some() && !self.is_within(|wanted| (MISSED * wanted).max(2.0))
+    }
+
+    /// Whether it is a preset of ours.
+    pub(super) fn is_ours(&self) -> bool {
+        self.tool == "curvmesh"
+    }
+
+    /// Time, mean, root mean square and maximum of the distance, normals, and faces.
+    pub(super) fn values(&self) -> Option<[f64; 6]> {
+        let Outcome { seconds, faces, errors, .. } = self.outcome?;
+        let Errors { mean, rms, max, normals } = errors;
+        Some([seconds, mean, rms, max, normals, faces as f64])
+    }
+
+    /// Memory for each face of the input.
+    pub(super) fn bytes_per_face(&self) -> Option<f64> {
+        Some(self.outcome?.memory? as f64 / self.input_faces.max(1) as f64)
+    }
+}
+
+impl fmt::Display for Record {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:24} {:>12} {:20} ", self.mesh, self.target, self.name)?;
+        let Some(Outcome { faces, seconds, errors, validity, .. }) = &self.outcome else {
+            return f.write_str(self.failure.as_deref().unwrap_or("it failed"));
+        };
+        write!(
+            f,
+            "{faces:>8} faces {seconds:9.4} s  mean {:.5} rms {:.5} max {:.4} %  normals {:6.3}",
+            100.0 * errors.mean,
+            100.0 * errors.rms,
+            100.0 * errors.max,
+            errors.normals,
+        )?;
+        if let Some(bytes) = self.bytes_per_face() {
+            write!(f, "  {bytes:.0} bytes a face")?;
+        }
+        for (name, count) in validity.new_defects().iter().filter(|(_, count)| *count > 0) {
+            write!(f, "  {name}: {count}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes records, one a line.
+pub(super) fn write(records: &[Record], path: &Path) -> Result<(), Failure> {
+    let mut text = String::new();
+    for record in records {
+        let line = serde_json::to_string(record).map_err(Failure::numbers)?;
+        let _ = writeln!(text, "{line}");
+    }
+    std::fs::write(path, text).map_err(Failure::writing(path))
+}
+
+/// Reads records.
+pub(super) fn read(path: &Path) -> Result<Vec<Record>, Failure> {
+    let text = std::fs::read_to_string(path).map_err(Failure::reading(path))?;
+    let parse = |(index, line): (usize, &str)| {
+        serde_json::from_str(line).map_err(|error| {
+            let place = format!("{}, line {}", path.display(), index + 1);
+            Failure::Usage(format!("{place}: {error}; `benches peers` writes such lines"))
+        })
+    };
+    text.lines().enumerate().filter(|(_, line)| !line.is_empty()).map(parse).collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::peers::validity::Defects;
+
+    /// A record of a mesh of a thousand faces.
+    pub(in crate::peers) fn record(name: &str, faces: usize, seconds: f64, mean: f64) -> Record {
+        let ours = ["draft", "fast", "default"].contains(&name);
+        let errors = Errors { mean, rms: mean, max: mean, normals: 1.0 };
+        let input = Defects { slivers: 2, ..Defects::default() };
+        let output = Defects { slivers: 5, turned: 1, ..Defects::default() };
+        let validity = Validity { input, output, area: -0.25, volume: Some(0.5) };
+        Record {
+            name: name.into(),
+            tool: if ours { "curvmesh".into() } else { name.into() },
+            version: Some("1.0".into()),
+            preset: name.into(),
+            mesh: "a".into(),
+            sha256: "00".into(),
+            input_faces: 1000,
+            target: "10 %".into(),
+            wanted: Some(100),
+            threads: 1,
+            repeats: 1,
+            seed: 1,
+            machine: Machine { cores: 2, cpu: None },
+            outcome: Some(Outcome { faces, seconds, memory: Some(5000), errors, validity }),
+            failure: None,
+        }
+    }
+
+    #[test]
+    fn records_survive_the_way_through_the_file() {
+        let done = record("fast", 100, 0.5, 0.25);
+        let failed = Record { outcome: None, failure: Some("why".into()), ..done.clone() };
+        let records = [done, failed];
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.jsonl");
+        write(&records, &path).unwrap();
+        assert_eq!(read(&path).unwrap(), records);
+        let lines = std::fs::read_to_string(&path).unwrap();
+        std::fs::write(&path, format!("{lines}{{}}\n")).unwrap();
+        assert!(read(&path).unwrap_err().to_string().contains("line 3"));
+    }
+
+    #[test]
+    fn a_number_of_faces_is_missed_beyond_one_percent() {
+        let missed = |faces: usize| {
+            let mut record = record("fast", faces, 1.0, 1.0);
+            record.wanted = Some(1000);
+            record.has_missed()
+        };
+        assert_eq!([989, 990, 1010, 1011].map(missed), [true, false, false, true]);
+    }
+}
