@@ -26,7 +26,8 @@ pub struct UnfoldOptions {
     pub forbid_intersections: bool,
 }
 
-/// What [`unfold`] found and did.
+/// What [`unfold`] found and did. A face that is turned over is counted if it is beside a fold: one of its neighbours
+/// has an opposite normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct UnfoldReport {
@@ -256,10 +257,14 @@ mod tests {
             let to = mesh.topology().one_ring(v).next().map(|w| mesh.position(w)).unwrap();
             let from = mesh.position(v);
             mesh.positions_mut()[v.index()] = from + 1.3 * (to - from);
-            let downwards = |mesh: &TriMesh| {
-                mesh.topology().faces().filter(|&face| mesh.face_cross(face).z < 0.0).count()
+            let z = |face: FaceId| mesh.face_cross(face).z;
+            let is_at_fold = |&face: &FaceId| {
+                let half_edges = mesh.topology().face_half_edges(face);
+                let neighbours = half_edges.map(|h| mesh.topology().face(h.twin()));
+                neighbours.into_iter().flatten().any(|other| z(other) > 0.0)
             };
-            let turned_before = downwards(&mesh);
+            let downwards = mesh.topology().faces().filter(|&face| z(face) < 0.0);
+            let turned_before = downwards.filter(is_at_fold).count();
             let report =
                 unfold(&mut mesh, &original, &FitConstraints::default(), &UnfoldOptions::default());
             assert!(turned_before > 0, "{v:?}");
