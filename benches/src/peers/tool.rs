@@ -78,7 +78,7 @@ impl Tool {
         ours.chain(proved).chain(programs).chain(packages).collect()
     }
 
-    /// The program or library, and what of it runs.
+    /// The names of the program or library, and of its preset or method.
     pub(super) fn program_and_preset(&self) -> [String; 2] {
         match self {
             Self::Ours(_) | Self::OursProved(_) => ["curvmesh".into(), self.to_string()],
