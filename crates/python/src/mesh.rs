@@ -259,6 +259,22 @@ pub(crate) fn externals(name: &str) -> Result<External, Failure> {
     choose("external", name, &choices)
 }
 
+/// The options of readers.
+pub(crate) fn read_options(
+    format: Option<&str>,
+    external: &str,
+    max_memory: Option<u64>,
+    allow_empty: bool,
+) -> Result<ReadOptions, Failure> {
+    Ok(ReadOptions {
+        format: format.map(|name| choose("format", name, FORMATS)).transpose()?,
+        external: externals(external)?,
+        max_memory,
+        allow_empty,
+        ..ReadOptions::default()
+    })
+}
+
 /// Reads a file or bytes.
 #[pyfunction]
 #[pyo3(signature = (call, path=None, data=None, *, format=None, external="folder", max_memory=None, allow_empty=false, join=None))]
@@ -274,16 +290,8 @@ pub(crate) fn read(
     allow_empty: bool,
     join: Option<bool>,
 ) -> PyResult<MeshData> {
-    let options = || -> Result<ReadOptions, Failure> {
-        Ok(ReadOptions {
-            format: format.map(|name| choose("format", name, FORMATS)).transpose()?,
-            external: externals(external)?,
-            max_memory,
-            allow_empty,
-            ..ReadOptions::default()
-        })
-    };
-    let options = options().map_err(|failure| failure.raise(py))?;
+    let options = read_options(format, external, max_memory, allow_empty)
+        .map_err(|failure| failure.raise(py))?;
     run(py, call, move |_| {
         let (model, format) = match (&path, &data) {
             (Some(path), _) => {

@@ -17,7 +17,7 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use crate::failure::{Ended, Failure, choose};
 use crate::host::{Call, State, Watch, run};
 use crate::length::{Given, length};
-use crate::mesh::{MeshData, externals, written};
+use crate::mesh::{MeshData, read_options, written};
 use crate::repair_warning;
 use crate::simplify::{ChoicesGiven, RulesGiven, state};
 
@@ -177,16 +177,8 @@ pub(crate) fn read_scene(
     max_memory: Option<u64>,
     allow_empty: bool,
 ) -> PyResult<SceneData> {
-    let options = || -> Result<ReadOptions, Failure> {
-        Ok(ReadOptions {
-            format: format.map(|name| choose("format", name, FORMATS)).transpose()?,
-            external: externals(external)?,
-            max_memory,
-            allow_empty,
-            ..ReadOptions::default()
-        })
-    };
-    let options = options().map_err(|failure| failure.raise(py))?;
+    let options = read_options(format, external, max_memory, allow_empty)
+        .map_err(|failure| failure.raise(py))?;
     run(py, call, move |_| {
         let scene = match (&path, &data) {
             (Some(path), _) => Scene::read(path, &options),
