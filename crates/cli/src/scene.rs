@@ -98,11 +98,6 @@ impl Merging {
     }
 }
 
-/// The name of a mesh for people.
-pub(crate) fn title(name: Option<&str>, mesh: usize) -> String {
-    name.map_or_else(|| format!("mesh {mesh}"), printable)
-}
-
 /// Reports the repairs of the meshes of a scene.
 pub(crate) fn tell_repairs<'r>(
     name: &str,
@@ -117,18 +112,6 @@ pub(crate) fn tell_repairs<'r>(
         console.repaired(name, repairs.clone().into_iter());
         console.message(format_args!("{name}: {}", needed(repairs.into_iter())));
     }
-}
-
-/// Normals of flat-shaded meshes, if there are such meshes.
-pub(crate) fn lost_normals(meshes: usize) -> Option<Lost> {
-    let why = "every face has a normal of its own, and a mesh without normals looks the same";
-    (meshes > 0).then(|| Lost::some("normals of flat-shaded meshes", meshes as u64, why))
-}
-
-/// A primitive without faces.
-pub(crate) fn lost_primitive(title: &str, primitive: usize) -> Lost {
-    let what = format!("{title}: primitive {primitive}");
-    Lost::new(what, "it has no face at this target; ask for more faces")
 }
 
 /// Reports what a scene loses.

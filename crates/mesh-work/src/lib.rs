@@ -40,7 +40,7 @@ pub use policy::Choices;
 pub use quantity::{Integrals, Quantity, UnknownQuantity};
 pub use scene::{
     MeshOfLevel, MeshOfScene, SceneBudget, SceneError, SceneLevel, SceneLevels, SceneRules,
-    SceneSteps, SceneTarget, SimplifiedScene, scene_levels, simplify_scene,
+    SceneSteps, SceneTarget, SimplifiedScene, mesh_title, scene_levels, simplify_scene,
 };
 pub use seams::Seams;
 pub use subdivide::{SubdivisionError, subdivide_step};

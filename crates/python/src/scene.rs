@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use ::simplify::Progress;
 use mesh_core::build::BuildReport;
-use mesh_io::{Format, Lost, ReadOptions, Scene, WriteError, WriteOptions, printable};
+use mesh_io::{Format, Lost, ReadOptions, Scene, WriteError, WriteOptions};
 use mesh_work::{
-    MeshOfScene, SceneBudget, SceneLevels, SceneRules, SceneSteps, SceneTarget, scene_levels,
+    MeshOfScene, SceneBudget, SceneRules, SceneSteps, SceneTarget, scene_levels,
     simplify_scene as simplify_meshes, splits_vertices,
 };
 use pyo3::prelude::*;
@@ -332,23 +332,6 @@ impl Course {
     }
 }
 
-/// The name of a mesh for people.
-fn title(name: Option<&str>, mesh: usize) -> String {
-    name.map_or_else(|| format!("mesh {mesh}"), |name| printable(name).into_owned())
-}
-
-/// Normals that the simplification leaves out, as the program reports them.
-fn lost_normals(meshes: usize) -> Option<Lost> {
-    let why = "every face has a normal of its own, and a mesh without normals looks the same";
-    (meshes > 0).then(|| Lost::some("normals of flat-shaded meshes", meshes as u64, why))
-}
-
-/// A primitive without faces, as the program reports it.
-fn lost_primitive(name: Option<&str>, mesh: usize, primitive: usize) -> Lost {
-    let what = format!("{}: primitive {primitive}", title(name, mesh));
-    Lost::new(what, "it has no face at this target; ask for more faces")
-}
-
 /// The repairs of all meshes, in the order in which they are met.
 fn repairs<'r>(reports: impl Iterator<Item = &'r BuildReport>) -> Vec<(&'static str, usize)> {
     let mut all: Vec<(&'static str, usize)> = Vec::new();
@@ -393,12 +376,9 @@ pub(crate) fn simplify_scene<'py>(
         repair_warning::put_of_scene(&repairs);
         Ok((made, repairs))
     })?;
-    let mut lost = made.lost;
-    lost.extend(lost_normals(made.meshes.iter().filter(|mesh| mesh.is_flat_shaded).count()));
+    let lost = made.losses();
     let meshes = PyList::empty(py);
     for mesh in &made.meshes {
-        let primitives = mesh.removed.iter();
-        lost.extend(primitives.map(|&p| lost_primitive(mesh.name.as_deref(), mesh.mesh, p)));
         meshes.append(mesh_of_scene(py, mesh)?)?;
     }
     let found = PyDict::new(py);
@@ -463,7 +443,7 @@ pub(crate) fn lod_scene<'py>(
         Ok((made, all, repairs))
     })?;
     let found = PyDict::new(py);
-    found.set_item("lost", texts(&lost_of_levels(&made)))?;
+    found.set_item("lost", texts(&made.losses()))?;
     found.set_item("repairs", dict(py, &repairs)?)?;
     found.set_item("shown_from", made.coverage.first().copied().unwrap_or(0.0))?;
     let levels = PyList::empty(py);
@@ -492,21 +472,4 @@ pub(crate) fn lod_scene<'py>(
         levels.append(of)?;
     }
     Ok((levels, all.map(|all| scene.with(all)), found))
-}
-
-/// What the levels lose together, without repetition.
-fn lost_of_levels(made: &SceneLevels) -> Vec<Lost> {
-    let mut all: Vec<Lost> = lost_normals(made.flat_shaded).into_iter().collect();
-    for level in &made.levels {
-        let removed = level.meshes.iter().flat_map(|mesh| {
-            let primitives = mesh.removed.iter();
-            primitives.map(|&p| lost_primitive(mesh.name.as_deref(), mesh.mesh, p))
-        });
-        for lost in level.lost.iter().cloned().chain(removed) {
-            if !all.contains(&lost) {
-                all.push(lost);
-            }
-        }
-    }
-    all
 }

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::large::is_folder;
 use crate::load::Seconds;
 use crate::save::{Outputs, make_folder_of, save_scene};
-use crate::scene::{lost_normals, lost_primitive, tell_lost, tell_repairs, title};
+use crate::scene::{tell_lost, tell_repairs};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{settings, show};
 use crate::task::{Report, Source, tell_pictures};
@@ -152,19 +152,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
 /// Reports repairs and losses.
 fn tell(name: &str, made: &SceneLevels, console: &Console) {
     tell_repairs(name, made.repairs.iter(), console);
-    let mut all: Vec<_> = lost_normals(made.flat_shaded).into_iter().collect();
-    for level in &made.levels {
-        let removed = level.meshes.iter().flat_map(|mesh| {
-            let title = title(mesh.name.as_deref(), mesh.mesh);
-            mesh.removed.iter().map(move |&primitive| lost_primitive(&title, primitive))
-        });
-        for lost in level.lost.iter().cloned().chain(removed) {
-            if !all.contains(&lost) {
-                all.push(lost);
-            }
-        }
-    }
-    tell_lost(name, &all, console);
+    tell_lost(name, &made.losses(), console);
 }
 
 impl Level {

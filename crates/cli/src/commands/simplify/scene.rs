@@ -1,6 +1,6 @@
 //! `curvmesh simplify` of a scene: each mesh once, and everything else as it is.
 
-use mesh_work::{Choices, MeshOfScene, SceneRules, SimplifiedScene, simplify_scene};
+use mesh_work::{Choices, MeshOfScene, SceneRules, SimplifiedScene, mesh_title, simplify_scene};
 use serde::Serialize;
 use simplify::{AchievedError, Options, Target};
 
@@ -9,7 +9,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::Seconds;
-use crate::scene::{lost_normals, lost_primitive, tell_lost, tell_repairs, title};
+use crate::scene::{tell_lost, tell_repairs};
 use crate::simplify_options::{cause, settings, show};
 use crate::task::{Done, Report, Task};
 use crate::text::printable;
@@ -103,14 +103,8 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
 fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
     let name = printable(task.input.display());
     tell_repairs(&name, made.meshes.iter().map(|mesh| &mesh.repairs), console);
-    let mut lost = made.lost.clone();
-    let flat = made.meshes.iter().filter(|mesh| mesh.is_flat_shaded).count();
-    lost.extend(lost_normals(flat));
     for mesh in &made.meshes {
-        let title = title(mesh.name.as_deref(), mesh.mesh);
-        for primitive in &mesh.removed {
-            lost.push(lost_primitive(&title, *primitive));
-        }
+        let title = mesh_title(mesh.name.as_deref(), mesh.mesh);
         if let Some([before, after]) = mesh.charts {
             console.message(format_args!(
                 "{title}: charts of textures, materials and primitives: {before} -> {after} (--keep-seams keeps them)"
@@ -132,7 +126,7 @@ fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
             ));
         }
     }
-    tell_lost(&name, &lost, console);
+    tell_lost(&name, &made.losses(), console);
 }
 
 impl Results {
@@ -182,7 +176,7 @@ fn summary(report: &Report<Results>) -> String {
         report.seconds.compute
     );
     for mesh in found.meshes.iter().take(MOST_LINES) {
-        let title = title(mesh.name.as_deref(), mesh.mesh);
+        let title = mesh_title(mesh.name.as_deref(), mesh.mesh);
         let OfMesh { times, faces_in, faces_out, rms, max, .. } = mesh;
         let drawn = if *times == 1 { String::new() } else { format!("drawn {times} times, ") };
         text += &format!(
