@@ -1342,7 +1342,6 @@ canvas.addEventListener('pointerdown', event => {
   canvas.setPointerCapture(event.pointerId);
   // Who turns the mesh has found the way.
   element('hints').open = false;
-(event.pointerId);
   fingers.set(event.pointerId, { at: local(event), button: event.button, pan: event.shiftKey || event.ctrlKey || event.button > 0 });
   moved = 0;
 });
