@@ -8,6 +8,7 @@ use std::process::Command;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
+use crate::command_output::command_output;
 use xtask_common::Failure;
 
 /// What to fetch, and where to.
@@ -151,16 +152,11 @@ fn from_git(mesh: &Mesh, to: &Path) -> Result<Vec<u8>, String> {
     git(&folder, &["cat-file", "blob", &object])
 }
 
-/// The output of git, or the end of its error messages. It asks nobody for a password.
+/// The output of git, which asks nobody for a password.
 fn git(folder: &Path, arguments: &[&str]) -> Result<Vec<u8>, String> {
     let mut command = Command::new("git");
     command.arg("-C").arg(folder).args(arguments).env("GIT_TERMINAL_PROMPT", "0");
-    let output = command.output().map_err(|e| format!("git cannot be run: {e}"))?;
-    if output.status.success() {
-        return Ok(output.stdout);
-    }
-    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
-    Err(format!("git: {}", complaint.lines().last().unwrap_or("it failed without a word")))
+    command_output(&mut command).map_err(|why| format!("git: {why}"))
 }
 
 #[cfg(test)]

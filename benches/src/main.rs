@@ -3,6 +3,7 @@
 //! This is a program, so unlike the libraries it prints. Benchmarks with criterion are in `criterion`.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod command_output;
 mod curvature_study;
 mod fetch;
 mod giant;

@@ -257,7 +257,7 @@ fn base(options: &Peers, tools: &[Tool]) -> Result<Tool, Failure> {
     let find = |name: &str| tools.iter().find(|tool| tool.to_string() == name).cloned();
     let found = match &options.base {
         Some(name) => find(name),
-        None => find("cgal-lt").or_else(|| find("meshlab")).or_else(|| tools.first().cloned()),
+        None => table::USUAL_BASES.into_iter().find_map(find).or_else(|| tools.first().cloned()),
     };
     found.ok_or_else(|| Failure::Usage("the base is none of the tools that are there".into()))
 }

@@ -7,6 +7,7 @@ use std::process::Command;
 use super::job::{Done, Job, Stop};
 use super::raw::RawMesh;
 use super::tool::{Package, Tool};
+use crate::command_output::command_output;
 use xtask_common::{Failure, VirtualEnvironment};
 
 /// Packages by their names in the index. `Open3D` is also used for measuring.
@@ -227,14 +228,9 @@ fn defined(header: &str, name: &str) -> Option<String> {
     })
 }
 
-/// The output of a command, or the end of its error messages.
+/// The text that a command prints, or the last line of its error messages.
 fn succeed(command: &mut Command) -> Result<String, String> {
-    let output = command.output().map_err(|e| format!("{:?}: {e}", command.get_program()))?;
-    if output.status.success() {
-        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
-    }
-    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
-    Err(complaint.lines().last().unwrap_or("it failed without a word").to_owned())
+    Ok(String::from_utf8_lossy(&command_output(command)?).into_owned())
 }
 
 #[cfg(test)]

@@ -176,10 +176,13 @@ fn line(text: &mut String, rows: &[&Record], name: &str, base: &str) {
     );
 }
 
+/// The tools that others are ratios to, the first that is there.
+pub(super) const USUAL_BASES: [&str; 2] = ["cgal-lt", "meshlab"];
+
 /// The tool that the others are ratios to.
 pub(super) fn usual_base(rows: &[Record]) -> Option<&str> {
     let names = distinct(rows, |row| &row.name);
-    let preferred = ["cgal-lt", "meshlab"].into_iter().find(|name| names.contains(name));
+    let preferred = USUAL_BASES.into_iter().find(|name| names.contains(name));
     preferred.or_else(|| names.first().copied())
 }
 
