@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use crate::common::model;
-use mesh_core::{Repair, TriMesh, build};
+use std::collections::HashMap;
+
+use mesh_core::{PolygonSoup, Repair, TriMesh, build};
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use mesh_shapes::{Irregular, Sphere, Wave};
 use simplify::{ErrorCheck, Options, Preset, simplify};
@@ -80,5 +82,47 @@ fn threads_do_not_change_a_bit() {
             assert_eq!((one.error, one.rejections), (other.error, other.rejections));
             assert_eq!(one.vertex_map, other.vertex_map);
         }
+    }
+}
+
+/// A sphere in which pairs of faces are cut out and put back as parts of their own. All edges of such a part lie on the
+/// rest. If one of its faces disappears, its edges are still within the limit, but its interior is not.
+fn sphere_with_loose_faces(every: usize) -> TriMesh {
+    let soup = Sphere { radius: 1.0 }.icosphere(4).unwrap();
+    let (mut positions, whole) = (soup.positions().to_vec(), TriMesh::from_soup(&soup).unwrap());
+    let topology = whole.topology();
+    let mut part = vec![None; topology.face_count()];
+    for edge in topology.edges().step_by(every) {
+        let faces = [edge.half_edge(), edge.half_edge().twin()].map(|h| topology.face(h).unwrap());
+        if faces.iter().all(|face| part[face.index()].is_none()) {
+            faces.iter().for_each(|face| part[face.index()] = Some(edge));
+        }
+    }
+    let mut copies = HashMap::new();
+    let mut triangles = Vec::new();
+    for (face, corners) in topology.triangles().enumerate() {
+        triangles.push(corners.map(|v| match part[face] {
+            None => v,
+            Some(edge) => *copies.entry((edge, v)).or_insert_with(|| {
+                positions.push(soup.positions()[v as usize]);
+                positions.len() as u32 - 1
+            }),
+        }));
+    }
+    let soup = PolygonSoup::from_triangles(&positions, &triangles).unwrap();
+    // Without welding, the copies stay apart.
+    let mut repair = Repair::strict();
+    repair.cut_non_manifold = true;
+    build(&soup, &repair).unwrap().mesh
+}
+
+#[test]
+fn a_face_whose_edges_are_covered_by_others_does_not_stop_the_decimation() {
+    // The fewer parts are loose, the fewer faces must stay.
+    for (every, share) in [(7, 0.85), (40, 0.5), (300, 0.4)] {
+        let mesh = sphere_with_loose_faces(every);
+        let (before, after) =
+            (mesh.topology().face_count(), faces_within(&mesh, 0.1, Preset::Default));
+        assert!((after as f64) < share * before as f64, "{every}: {before} -> {after}");
     }
 }

@@ -43,8 +43,8 @@ fn page(text: &str) -> String {
 /// A triangle from an OBJ file with the text as the name of its object, group, material and material library, and with
 /// numbers and a material of that name.
 fn of_file(text: &str) -> Exhibit {
-    // Names of OBJ files end with the line.
-    let name: String = text.chars().filter(|c| !c.is_control()).collect();
+    // Names of OBJ files end with the line, and a backslash at its end continues it.
+    let name: String = text.chars().filter(|c| !c.is_control() && *c != '\\').collect();
     let file = format!(
         "mtllib {name}\no {name}\ng {name}\nusemtl {name}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     );

@@ -5,12 +5,13 @@
 
 use mesh_collapse::Phase;
 use mesh_core::TriMesh;
+use mesh_metric::Surface;
 use mesh_refine::{CollapseBack, Observer, Refined, collapse_back_placed};
 
 use crate::error::SimplifyError;
 use crate::tolerance::distance_constraint::DistanceConstraint;
 use crate::tolerance::measure::{AchievedError, Measuring};
-use crate::tolerance::proofs::{Proofs, unproved};
+use crate::tolerance::proofs::{Ball, Proofs, faces_near, unproved};
 
 /// An attempt to collapse a mesh further.
 struct Attempt {
@@ -32,8 +33,9 @@ const fn attempt(slack: f64, proved: Proved) -> Attempt {
 }
 
 /// The first attempt nearly always succeeds. It fails where a face spans a fold: there, neither surface is a height
-/// field over the other, and the largest distance may lie inside a face. After the last attempt the mesh stays as it
-/// is.
+/// field over the other, and the largest distance may lie inside a face. If that is a face of the result, later
+/// attempts prove new faces. If it is a face of the original, for example a wall inside a pipe whose edges all lie on
+/// the pipe, later attempts keep the faces near it. After the last attempt the mesh stays as it is.
 const ATTEMPTS: [Attempt; 7] = [
     attempt(0.01, Proved::Nowhere),
     attempt(0.01, Proved::WhereItFailed),
@@ -58,26 +60,31 @@ pub(crate) fn decimate_to_tolerance(
     to: &CollapseBack<'_>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<AchievedError>, SimplifyError> {
-    let (mut own, mut failed, mut places) = (None, None, Vec::new());
+    let (mut own, mut failed) = (None, None::<TriMesh>);
+    let (mut places, mut lost) = (Vec::new(), Vec::new());
     for Attempt { slack, proved } in ATTEMPTS {
         if observer.stops(Phase::DecimateToTolerance, &level.mesh) {
             break;
         }
+        let (known, known_lost) = (places.len(), lost.len());
+        if let Some(failed) = failed.take() {
+            let result = Surface::new(&failed)?;
+            places
+                .extend(unproved(&failed, measuring.original, limit).into_iter().map(Ball::round));
+            lost.extend(unproved(original, &result, limit));
+        }
         let proofs = match proved {
             Proved::Nowhere => Proofs::None,
-            Proved::WhereItFailed => {
-                let found = failed.take().map(|mesh| unproved(&mesh, measuring.original, limit));
-                // If every face is proved, another attempt of this kind would give the same result.
-                let Some(found) = found.filter(|found| !found.is_empty()) else { continue };
-                places.extend(found);
-                Proofs::Near(&places)
-            }
+            // If every face is proved, another attempt of this kind would give the same result.
+            Proved::WhereItFailed if (known, known_lost) == (places.len(), lost.len()) => continue,
+            Proved::WhereItFailed => Proofs::Near(&places),
             Proved::Everywhere => Proofs::All,
         };
         let aim = limit - slack * limit;
         let topology = original.topology();
-        let distance_constraint =
+        let mut distance_constraint =
             DistanceConstraint::new(&level.mesh, topology, measuring.original, aim, proofs)?;
+        distance_constraint.keep(faces_near(&level.mesh, &lost, limit));
         if !distance_constraint.holds_all()
             && !is_within(&mut own, &level.mesh, measuring, limit, observer)?
         {

@@ -11,10 +11,13 @@
 //! The distance from a triangle is a convex function, so no point of the part is farther away than its ends. A collapse
 //! is allowed if the vertices and edges that belong to the faces it changes are covered again, and if the edges it
 //! changes are close enough to the original.
+//!
+//! At a boundary this is not enough: if all edges of a face also lie on other parts of the mesh, the face could
+//! disappear. So the incenter of each face at a boundary counts as a vertex.
 
 use glam::DVec3;
 use mesh_collapse::{EdgePatch, Optimal, Place, Placement, Policy, Quadric, Rejection, Scratch};
-use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, parallel};
+use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, as_u32, parallel};
 use mesh_metric::{ClosestPoint, Surface, SurfaceError};
 use mesh_refine::FaceLists;
 
@@ -29,6 +32,8 @@ pub(crate) struct DistanceConstraint<'a> {
     original: &'a Surface,
     /// Topology of the original.
     topology: &'a Topology,
+    /// Incenters of its faces at boundaries. Their numbers as vertices follow the vertices.
+    incenters: Vec<DVec3>,
     reach: Reach,
     proofs: Proofs<'a>,
     /// The vertices of each face, the farthest first, since it is the most likely to be too far away.
@@ -39,6 +44,8 @@ pub(crate) struct DistanceConstraint<'a> {
     collapses: u32,
     /// For each face, the number of the last collapse that changed it, counted from 1; 0 if none did.
     changed: Vec<u32>,
+    /// For each face, whether it must stay as it is.
+    kept: Vec<bool>,
 }
 
 /// The vertices and edges of the original that a collapse would assign to the faces of its patch.
@@ -89,20 +96,25 @@ impl<'a> DistanceConstraint<'a> {
         for some in original.positions().chunks(POINTS) {
             closest.extend(surface.closest_points(some).iter().map(Foot::new));
         }
-        let mut vertices = FaceLists::new(faces, original.positions().len());
-        let used = original.used_vertices().into_iter();
-        let foot = |v: u32| (closest[v as usize].distance, v, closest[v as usize].face);
-        let mut all: Vec<(f64, u32, FaceId)> = used.map(foot).collect();
+        let incenters = incenters_at_boundaries(topology, original);
+        let first = as_u32(original.positions().len());
+        let mut vertices = FaceLists::new(faces, original.positions().len() + incenters.len());
+        let used = original.used_vertices().into_iter().map(|v| (v, closest[v as usize]));
+        let feet = surface.closest_points(&incenters);
+        let feet = (first..).zip(feet.iter().map(Foot::new));
+        let foot = |(v, foot): (u32, Foot)| (foot.distance, v, foot.face);
+        let mut all: Vec<(f64, u32, FaceId)> = used.chain(feet).map(foot).collect();
         sort_by_distance(&mut all);
         for (_, vertex, face) in all {
             vertices.push(face, vertex);
         }
         let mut covers = EdgeFaceIncidence::new(faces, topology.edge_capacity());
         let holds_all = add_covers(&mut covers, &surface, topology, original, &closest, reach);
-        let (collapses, changed) = (0, vec![0; faces]);
+        let (collapses, changed, kept) = (0, vec![0; faces], Vec::new());
         Ok(Self {
             original,
             topology,
+            incenters,
             reach,
             proofs,
             vertices,
@@ -110,7 +122,13 @@ impl<'a> DistanceConstraint<'a> {
             holds_all,
             collapses,
             changed,
+            kept,
         })
+    }
+
+    /// Rejects all collapses that would change one of these faces, given by index.
+    pub(crate) fn keep(&mut self, kept: Vec<bool>) {
+        self.kept = kept;
     }
 
     /// Whether every edge of the original was close enough to the mesh at the start.
@@ -119,7 +137,8 @@ impl<'a> DistanceConstraint<'a> {
     }
 
     fn vertex(&self, vertex: u32) -> DVec3 {
-        self.original.positions()[vertex as usize]
+        let (vertex, vertices) = (vertex as usize, self.original.positions());
+        vertices.get(vertex).copied().unwrap_or_else(|| self.incenters[vertex - vertices.len()])
     }
 
     fn segment(&self, edge: u32) -> Segment {
@@ -142,6 +161,9 @@ impl<'a> DistanceConstraint<'a> {
     /// Whether everything that belongs to the patch is covered after the edge is collapsed to `x`, and whether the new
     /// edges are close enough. Stores the new ties, and the faces outside the patch that the answer depends on.
     fn holds(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &mut Ties) -> bool {
+        if faces_of(patch).any(|face| self.kept.get(face.index()).is_some_and(|&kept| kept)) {
+            return false;
+        }
         let hub = patch.origin() + x;
         // Most rejected positions are too far away themselves.
         if self.original.distance(hub) > self.reach.distance() {
@@ -285,6 +307,20 @@ fn sort_by_distance<F>(all: &mut [(f64, u32, F)]) {
 fn faces_of<'p>(patch: &EdgePatch<'p>) -> impl Iterator<Item = FaceId> + 'p {
     let topology = patch.mesh().topology();
     patch.faces().iter().filter_map(|face| topology.face(face.side))
+}
+
+/// The incenter of each face with a boundary edge. No other point of the face is farther from its edges.
+fn incenters_at_boundaries(topology: &Topology, original: &Surface) -> Vec<DVec3> {
+    let is_open = |&face: &FaceId| {
+        topology.face_half_edges(face).iter().any(|h| topology.face(h.twin()).is_none())
+    };
+    let incenter = |face: FaceId| {
+        let [a, b, c] = topology.face_vertices(face).map(|v| original.positions()[v.index()]);
+        let weights = [b.distance(c), c.distance(a), a.distance(b)];
+        let [u, v, w] = weights.map(|length| length / weights.iter().sum::<f64>());
+        u * a + v * b + w * c
+    };
+    topology.faces().filter(is_open).map(incenter).filter(|p| p.is_finite()).collect()
 }
 
 /// The closest point of a surface to a point of the original.

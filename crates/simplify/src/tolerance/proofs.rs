@@ -48,18 +48,38 @@ impl Proofs<'_> {
 }
 
 impl Ball {
-    fn round(triangle: Triangle) -> Self {
+    pub(super) fn round(triangle: Triangle) -> Self {
         let center = triangle.iter().sum::<DVec3>() / 3.0;
         let distances = triangle.map(|corner| corner.distance(center));
         Self { center, radius: distances.into_iter().fold(0.0, f64::max) }
     }
 }
 
+/// For each face of a mesh, by index, whether it may be within a distance of one of some triangles.
+pub(super) fn faces_near(mesh: &TriMesh, triangles: &[Triangle], distance: f64) -> Vec<bool> {
+    let mut near = vec![false; mesh.topology().face_capacity()];
+    if let Some(surface) = surface_of(triangles) {
+        let faces: Vec<FaceId> = mesh.topology().faces().collect();
+        let balls: Vec<Ball> = faces.iter().map(|&face| Ball::round(mesh.triangle(face))).collect();
+        let centers: Vec<DVec3> = balls.iter().map(|ball| ball.center).collect();
+        for ((face, ball), closest) in faces.iter().zip(balls).zip(surface.closest_points(&centers))
+        {
+            near[face.index()] = closest.distance <= distance + ball.radius;
+        }
+    }
+    near
+}
+
+/// Triangles as a surface; `None` without triangles.
+fn surface_of(triangles: &[Triangle]) -> Option<Surface> {
+    let corners: Vec<[u32; 3]> =
+        (0..as_u32(triangles.len())).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Surface::from_triangles(triangles.as_flattened(), &corners).ok()
+}
+
 /// Whether every point of the faces is proved to be within the distance of the original.
 pub(super) fn are_proved(faces: &[Triangle], original: &Surface, distance: f64) -> bool {
-    let corners: Vec<[u32; 3]> =
-        (0..as_u32(faces.len())).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    let Ok(surface) = Surface::from_triangles(faces.as_flattened(), &corners) else {
+    let Some(surface) = surface_of(faces) else {
         return false;
     };
     let options = CertifyOptions {
@@ -70,20 +90,18 @@ pub(super) fn are_proved(faces: &[Triangle], original: &Surface, distance: f64) 
     one_sided_bounds(&surface, original, &options).upper <= distance
 }
 
-/// Balls around the faces of a mesh that are not proved to be within the distance of the original.
-pub(super) fn unproved(mesh: &TriMesh, original: &Surface, distance: f64) -> Vec<Ball> {
+/// The faces of a mesh that are not proved to be within the distance of a surface.
+pub(super) fn unproved(mesh: &TriMesh, surface: &Surface, distance: f64) -> Vec<Triangle> {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
     let some: Vec<&[FaceId]> = faces.chunks(TOGETHER).collect();
-    let balls = parallel::collect_each(some.len(), |i| -> Vec<Ball> {
+    let unproved = parallel::collect_each(some.len(), |i| -> Vec<Triangle> {
         let triangles: Vec<Triangle> = some[i].iter().map(|&face| mesh.triangle(face)).collect();
-        if are_proved(&triangles, original, distance) {
+        if are_proved(&triangles, surface, distance) {
             return Vec::new();
         }
-        let unproved =
-            triangles.into_iter().filter(|&face| !are_proved(&[face], original, distance));
-        unproved.map(Ball::round).collect()
+        triangles.into_iter().filter(|&face| !are_proved(&[face], surface, distance)).collect()
     });
-    balls.into_iter().flatten().collect()
+    unproved.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
@@ -106,9 +124,9 @@ mod tests {
             p.z = (0.2 - 0.5 * p.distance(middle)).max(0.0);
         }
         let original = Surface::new(&hill).unwrap();
-        assert_eq!(unproved(&square, &original, 0.21), []);
-        let places = unproved(&square, &original, 0.1);
-        assert_eq!(places, [Ball::round(one)]);
+        assert!(unproved(&square, &original, 0.21).is_empty());
+        assert_eq!(unproved(&square, &original, 0.1), [one]);
+        let places = [Ball::round(one)];
         let far = middle + 9.0 * DVec3::X;
         let near = Proofs::Near(&places);
         assert!(one.iter().all(|&corner| near.are_needed(corner, &[])));
