@@ -122,7 +122,8 @@ pub(crate) fn integrals(
     closed: bool,
     area: VertexArea,
 ) -> VertexIntegrals {
-    let found = spoke_integrals(ring.clone().map(|neighbour| neighbour - center), closed, area);
+    let found =
+        incident_edge_integrals(ring.clone().map(|neighbour| neighbour - center), closed, area);
     if found.is_in_range() { found } else { scaled_integrals(center, ring, closed, area) }
 }
 
@@ -146,11 +147,18 @@ fn scaled_integrals(
     closed: bool,
     area: VertexArea,
 ) -> VertexIntegrals {
-    let spokes = ring.map(|neighbour| neighbour - center);
-    let longest = spokes.clone().map(|spoke| spoke.abs().max_element()).fold(0.0, f64::max);
+    let incident_edges = ring.map(|neighbour| neighbour - center);
+    let longest = incident_edges
+        .clone()
+        .map(|incident_edge| incident_edge.abs().max_element())
+        .fold(0.0, f64::max);
     // Without any length there is nothing to scale.
     let scale = if longest > 0.0 { unit_scale(longest.min(f64::MAX)) } else { 1.0 };
-    let found = spoke_integrals(spokes.map(|spoke| spoke * scale), closed, area);
+    let found = incident_edge_integrals(
+        incident_edges.map(|incident_edge| incident_edge * scale),
+        closed,
+        area,
+    );
     VertexIntegrals {
         angle_defect: found.angle_defect,
         mean: Integral::new(found.mean.value() / scale),
@@ -171,20 +179,20 @@ impl VertexIntegrals {
 
 /// The integrals of a star with these edge vectors from the centre.
 #[inline]
-fn spoke_integrals(
-    mut spokes: impl Iterator<Item = DVec3>,
+fn incident_edge_integrals(
+    mut incident_edges: impl Iterator<Item = DVec3>,
     closed: bool,
     area: VertexArea,
 ) -> VertexIntegrals {
     let mut totals = StarTotals::ZERO;
-    let (Some(first), Some(second)) = (spokes.next(), spokes.next()) else {
+    let (Some(first), Some(second)) = (incident_edges.next(), incident_edges.next()) else {
         return VertexIntegrals::default();
     };
     let first_face = StarFace::new(first, second);
     first_face.add_to(&mut totals, area);
     let mut face = first_face;
-    for spoke in spokes {
-        let following = StarFace::new(face.to, spoke);
+    for incident_edge in incident_edges {
+        let following = StarFace::new(face.to, incident_edge);
         following.add_to(&mut totals, area);
         totals.add_edge(face.bend(&following));
         face = following;

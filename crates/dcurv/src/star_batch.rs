@@ -1,10 +1,10 @@
 //! Vectorised evaluation of the stars of a block of vertices.
 //!
-//! In a single star each step depends on the one before. Here the edge vectors (spokes) of many stars are stored in
-//! flat arrays, so that plain loops evaluate all faces and then all edges. Compilers vectorise these loops, and
-//! `fearless_simd` selects the widest instructions of the processor. Formulas and order of summation are the same as in
-//! [`VertexStar`](crate::VertexStar) and [`willmore_energy`](crate::willmore_energy), so results have the same bits at
-//! any width.
+//! In a single star each step depends on the one before. Here the edge vectors (incident edges) of many stars are
+//! stored in flat arrays, so that plain loops evaluate all faces and then all edges. Compilers vectorise these loops,
+//! and `fearless_simd` selects the widest instructions of the processor. Formulas and order of summation are the same as
+//! in [`VertexStar`](crate::VertexStar) and [`willmore_energy`](crate::willmore_energy), so results have the same bits
+//! at any width.
 
 use core::f64::consts::TAU;
 use core::iter::zip;
@@ -25,35 +25,35 @@ use crate::star::{StarTotals, VertexIntegrals, full_angle, vertex_integrals};
 /// Vertices per block: long loops, but a block fits in the first-level cache.
 pub(crate) const BLOCK: usize = 64;
 
-/// The stars of a block of vertices. Array entries beyond the spokes of the block are stale and unused.
+/// The stars of a block of vertices. Array entries beyond the incident edges of the block are stale and unused.
 #[derive(Clone, Debug)]
 pub(crate) struct StarBatch {
     level: Level,
     /// The gathered vertices.
     vertices: Range<usize>,
     stars: Vec<Star>,
-    /// Centre and other end of each spoke, clockwise, star by star. A closed star repeats its first two
-    /// spokes at the end, so that each face lies between two consecutive spokes and each interior edge
+    /// Centre and other end of each incident edge, clockwise, star by star. A closed star repeats its first two
+    /// incident edges at the end, so that each face lies between two consecutive incident edges and each interior edge
     /// between two consecutive faces.
     ends: Vec<[VertexId; 2]>,
-    spokes: Columns,
-    /// Normal of the face between this spoke and the next.
+    incident_edges: Columns,
+    /// Normal of the face between this incident edge and the next.
     normals: Columns,
-    /// A vector with the angle between this spoke and the next; zero if a spoke has no length.
+    /// A vector with the angle between this incident edge and the next; zero if an incident edge has no length.
     cosines: Vec<f64>,
     sines: Vec<f64>,
     shares: Vec<f64>,
-    /// The length of this spoke times its dihedral angle.
+    /// The length of this incident edge times its dihedral angle.
     bends: Vec<f64>,
     totals: Vec<StarTotals>,
     angle_defects: Vec<f64>,
-    /// From the end of this spoke to the end of the next.
+    /// From the end of this incident edge to the end of the next.
     rims: Columns,
-    /// Intersection angle of this spoke, or NaN where the fast formula overflows.
+    /// Intersection angle of this incident edge, or NaN where the fast formula overflows.
     intersections: Vec<f64>,
 }
 
-/// Position of the spokes of a star.
+/// Position of the incident edges of a star.
 #[derive(Clone, Copy, Debug)]
 struct Star {
     first: usize,
@@ -103,7 +103,7 @@ impl StarBatch {
             vertices: 0..0,
             stars: Vec::new(),
             ends: Vec::new(),
-            spokes: Columns::default(),
+            incident_edges: Columns::default(),
             normals: Columns::default(),
             cosines: Vec::new(),
             sines: Vec::new(),
@@ -116,7 +116,7 @@ impl StarBatch {
         }
     }
 
-    /// Gathers the spokes of these vertices.
+    /// Gathers the incident edges of these vertices.
     #[inline(always)]
     pub(crate) fn gather(&mut self, mesh: &TriMesh, vertices: Range<usize>) {
         let topology = mesh.topology();
@@ -125,18 +125,18 @@ impl StarBatch {
         for vertex in vertices.clone().map(VertexId::from_index) {
             let first = self.ends.len();
             self.ends.extend(topology.one_ring(vertex).map(|neighbour| [vertex, neighbour]));
-            let spokes = self.ends.len() - first;
+            let incident_edges = self.ends.len() - first;
             let closed = !topology.is_boundary_vertex(vertex);
             if closed {
-                self.ends.extend_from_within(first..first + spokes.min(2));
+                self.ends.extend_from_within(first..first + incident_edges.min(2));
             }
-            let faces = if closed { spokes } else { spokes - 1 };
-            let full_angle = if spokes == 0 { 0.0 } else { full_angle(closed) };
+            let faces = if closed { incident_edges } else { incident_edges - 1 };
+            let full_angle = if incident_edges == 0 { 0.0 } else { full_angle(closed) };
             self.stars.push(Star { first, faces, closed, full_angle });
         }
         self.vertices = vertices;
-        self.spokes.lengthen(self.ends.len());
-        self.evaluate_spokes(mesh.positions());
+        self.incident_edges.lengthen(self.ends.len());
+        self.evaluate_incident_edges(mesh.positions());
     }
 
     /// Whether each gathered vertex lies on the boundary.
@@ -201,20 +201,20 @@ impl StarBatch {
         self.evaluate_edges();
     }
 
-    fn evaluate_spokes(&mut self, positions: &[DVec3]) {
+    fn evaluate_incident_edges(&mut self, positions: &[DVec3]) {
         let count = self.ends.len();
-        let Columns { x, y, z } = &mut self.spokes;
+        let Columns { x, y, z } = &mut self.incident_edges;
         let (x, y, z) = (&mut x[..count], &mut y[..count], &mut z[..count]);
         for (i, &[center, neighbour]) in self.ends.iter().enumerate() {
-            let spoke = positions[neighbour.index()] - positions[center.index()];
-            (x[i], y[i], z[i]) = (spoke.x, spoke.y, spoke.z);
+            let incident_edge = positions[neighbour.index()] - positions[center.index()];
+            (x[i], y[i], z[i]) = (incident_edge.x, incident_edge.y, incident_edge.z);
         }
     }
 
     #[inline(always)]
     fn evaluate_faces(&mut self, share: impl Fn(DVec3, DVec3, f64) -> f64) {
         let count = self.ends.len().saturating_sub(1);
-        let Columns { x, y, z } = &self.spokes;
+        let Columns { x, y, z } = &self.incident_edges;
         let (x, y, z) = (&x[..=count], &y[..=count], &z[..=count]);
         let Columns { x: nx, y: ny, z: nz } = &mut self.normals;
         let (nx, ny, nz) = (&mut nx[..count], &mut ny[..count], &mut nz[..count]);
@@ -235,23 +235,23 @@ impl StarBatch {
     #[inline(always)]
     fn evaluate_edges(&mut self) {
         let count = self.ends.len().saturating_sub(2);
-        let Columns { x, y, z } = &self.spokes;
+        let Columns { x, y, z } = &self.incident_edges;
         let (x, y, z) = (&x[..count + 2], &y[..count + 2], &z[..count + 2]);
         let Columns { x: nx, y: ny, z: nz } = &self.normals;
         let (nx, ny, nz) = (&nx[..=count], &ny[..=count], &nz[..=count]);
         let bends = &mut self.bends[1..=count];
         for i in 0..count {
-            let spoke = DVec3::new(x[i + 1], y[i + 1], z[i + 1]);
+            let incident_edge = DVec3::new(x[i + 1], y[i + 1], z[i + 1]);
             let right = DVec3::new(x[i + 2], y[i + 2], z[i + 2]);
             let left_normal = DVec3::new(nx[i], ny[i], nz[i]);
             let right_normal = DVec3::new(nx[i + 1], ny[i + 1], nz[i + 1]);
-            let length = spoke.length();
+            let length = incident_edge.length();
             bends[i] = length * hinge_angle(length, left_normal, right_normal, right);
         }
     }
 
-    /// [`intersection_angle`](crate::intersection_angle) of the centre and the ends of each spoke, the
-    /// spoke before it and the spoke after it.
+    /// [`intersection_angle`](crate::intersection_angle) of the centre and the ends of each incident edge, the
+    /// incident edge before it and the incident edge after it.
     #[inline(always)]
     fn evaluate_intersections(&mut self, positions: &[DVec3]) {
         let mut points = self.ends.iter().map(|&[_, neighbour]| positions[neighbour.index()]);
@@ -265,7 +265,7 @@ impl StarBatch {
             (rx[i], ry[i], rz[i]) = (rim.x, rim.y, rim.z);
             from = to;
         }
-        let Columns { x, y, z } = &self.spokes;
+        let Columns { x, y, z } = &self.incident_edges;
         let (x, y, z) = (&x[..count + 2], &y[..count + 2], &z[..count + 2]);
         let angles = &mut self.intersections[1..=count];
         for i in 0..count {
@@ -319,7 +319,10 @@ impl StarBatch {
     fn corner(&self, face: usize) -> DVec2 {
         let corner = DVec2::new(self.cosines[face], self.sines[face]);
         if corner == DVec2::ZERO {
-            unit_scaled(collapsed_corner(self.spokes.at(face), self.spokes.at(face + 1)))
+            unit_scaled(collapsed_corner(
+                self.incident_edges.at(face),
+                self.incident_edges.at(face + 1),
+            ))
         } else {
             corner
         }

@@ -239,7 +239,7 @@ fn an_edge_split_tells_what_it_made() {
     assert_eq!(topology.face(made.half_edge), made.faces[0]);
     assert_eq!(topology.face(made.half_edge.twin()), made.faces[1]);
     assert_eq!(topology.valence(made.vertex), 4);
-    let apexes = made.spokes.map(|s| topology.edge_vertices(s.unwrap())[1]);
+    let apexes = made.incident_edges.map(|s| topology.edge_vertices(s.unwrap())[1]);
     assert!(apexes.iter().all(|v| ![a, b, made.vertex].contains(v)));
 }
 
@@ -252,7 +252,10 @@ fn a_face_split_tells_what_it_made() {
     let made = topology.split_face(split);
     topology.validate().unwrap();
     assert_eq!(topology.face_vertices(face), [corners[0], corners[1], made.vertex]);
-    assert_eq!(made.spokes.map(|s| topology.edge_vertices(s)), corners.map(|c| [made.vertex, c]));
+    assert_eq!(
+        made.incident_edges.map(|s| topology.edge_vertices(s)),
+        corners.map(|c| [made.vertex, c])
+    );
     assert_eq!(topology.valence(made.vertex), 3);
 }
 

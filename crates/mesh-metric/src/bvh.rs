@@ -45,7 +45,7 @@ pub(crate) struct Nearest {
     /// The vector from the query to the closest point.
     pub(crate) offset: DVec3,
     pub(crate) squared: f64,
-    /// Slot of the triangle in the tree; a good first guess for the next query nearby.
+    /// Slot of the triangle in the tree; a good hint for the next query nearby.
     pub(crate) slot: u32,
 }
 
@@ -99,15 +99,15 @@ impl Bvh {
         }
     }
 
-    /// The closest point of all triangles. `guess` is the slot of any triangle, if possible a near one.
-    pub(crate) fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
-        dispatch!(self.simd, simd => self.nearest_with(simd, point, guess))
+    /// The closest point of all triangles. `hint` is the slot of any triangle, if possible a near one.
+    pub(crate) fn nearest(&self, point: DVec3, hint: u32) -> Nearest {
+        dispatch!(self.simd, simd => self.nearest_with(simd, point, hint))
     }
 
     #[inline(always)]
-    pub(crate) fn nearest_with<S: Simd>(&self, simd: S, point: DVec3, guess: u32) -> Nearest {
+    pub(crate) fn nearest_with<S: Simd>(&self, simd: S, point: DVec3, hint: u32) -> Nearest {
         let point = Vec3x8::splat(simd, point);
-        let first = guess / as_u32(LANES);
+        let first = hint / as_u32(LANES);
         let mut best = self.nearest_in_leaf(simd, point, first);
         let mut stack = TraversalStack::new(self.root_height());
         // The distance of a non-finite point is NaN.

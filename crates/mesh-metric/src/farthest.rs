@@ -29,16 +29,16 @@ impl Bvh {
         let order = along_a_curve(points);
         let mut largest = known;
         dispatch!(self.simd(), simd => {
-            let (mut guess, mut stack) = (0, TraversalStack::new(self.root_height()));
+            let (mut hint, mut stack) = (0, TraversalStack::new(self.root_height()));
             for eight in order.chunks(LANES) {
                 if largest > enough {
                     break;
                 }
-                if self.is_one_packet(points, eight, guess) {
-                    guess = self.farthest_of_eight(simd, points, eight, guess, &mut stack, &mut largest);
+                if self.is_one_packet(points, eight, hint) {
+                    hint = self.farthest_of_eight(simd, points, eight, hint, &mut stack, &mut largest);
                 } else {
                     for &index in eight {
-                        guess = self.farthest_of_one(simd, points[index as usize], guess, &mut stack, &mut largest);
+                        hint = self.farthest_of_one(simd, points[index as usize], hint, &mut stack, &mut largest);
                     }
                 }
             }
@@ -53,12 +53,12 @@ impl Bvh {
         simd: S,
         points: &[DVec3],
         eight: &[u32],
-        guess: u32,
+        hint: u32,
         stack: &mut TraversalStack,
         largest: &mut f64,
     ) -> u32 {
         let mut packet = Packet::new(simd, points, eight);
-        packet.measure(self.triangle(guess), guess);
+        packet.measure(self.triangle(hint), hint);
         self.search_packet(&mut packet, stack, *largest);
         *largest = largest.max(packet.farthest());
         packet.slot(eight.len() - 1)
@@ -70,12 +70,12 @@ impl Bvh {
         &self,
         simd: S,
         point: DVec3,
-        guess: u32,
+        hint: u32,
         stack: &mut TraversalStack,
         largest: &mut f64,
     ) -> u32 {
         let point = Vec3x8::splat(simd, point);
-        let mut best = self.nearest_in_leaf(simd, point, guess / as_u32(LANES));
+        let mut best = self.nearest_in_leaf(simd, point, hint / as_u32(LANES));
         stack.restart(self.root_height());
         while let Some(task) = stack.pop().filter(|_| best.squared > *largest) {
             if task.squared >= best.squared {

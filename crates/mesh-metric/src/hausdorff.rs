@@ -87,8 +87,8 @@ pub struct CertifiedBounds {
     pub upper: f64,
     /// The point that is `lower` away from the other surface.
     pub at: DVec3,
-    /// Whether the bounds meet the tolerance, as far as rounding allows, or decide on which side of the limit the distance
-    /// is.
+    /// Whether the bounds meet the tolerance, as far as rounding allows, or decide on which side of the limit the
+    /// distance is.
     pub converged: bool,
     /// Number of pieces of triangles processed.
     pub pieces: usize,
@@ -273,8 +273,8 @@ struct Corner {
 }
 
 impl Corner {
-    fn new(at: DVec3, to: &Surface, guess: u32) -> Self {
-        let Nearest { squared, slot, .. } = to.nearest(at, guess);
+    fn new(at: DVec3, to: &Surface, hint: u32) -> Self {
+        let Nearest { squared, slot, .. } = to.nearest(at, hint);
         let upper_bound = upper_bound(at, &to.bvh().triangle(slot));
         Self { at, distance: squared.sqrt(), slot, upper_bound }
     }
@@ -305,10 +305,10 @@ fn in_turns<T: Send>(
 /// All vertices of a surface, used or not.
 fn corners(from: &Surface, to: &Surface, stops: &mut dyn FnMut() -> bool) -> Option<Vec<Corner>> {
     let blocks = in_turns(from.positions().len(), stops, |vertices| {
-        let mut guess = 0;
+        let mut hint = 0;
         let corner = |v: usize| {
-            let corner = Corner::new(from.positions()[v], to, guess);
-            guess = corner.slot;
+            let corner = Corner::new(from.positions()[v], to, hint);
+            hint = corner.slot;
             corner
         };
         vertices.map(corner).collect::<Vec<_>>()
@@ -515,10 +515,10 @@ impl Parts {
     }
 
     /// Adds a polygon as a fan of triangles.
-    fn add(&mut self, polygon: &Polygon, of: &Piece, to: &Surface, guess: u32) {
+    fn add(&mut self, polygon: &Polygon, of: &Piece, to: &Surface, hint: u32) {
         let corner = |&at: &DVec3| {
             let known = of.iter().find(|corner| corner.at == at);
-            known.copied().unwrap_or_else(|| Corner::new(at, to, guess))
+            known.copied().unwrap_or_else(|| Corner::new(at, to, hint))
         };
         let mut corners = polygon.corners().iter().map(corner);
         let (Some(first), Some(mut last)) = (corners.next(), corners.next()) else { return };

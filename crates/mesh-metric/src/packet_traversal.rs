@@ -30,9 +30,9 @@ impl Bvh {
         let nowhere = Nearest { offset: DVec3::NAN, squared: f64::NAN, slot: 0 };
         let mut nearest = vec![nowhere; points.len()];
         dispatch!(self.simd(), simd => {
-            let (mut guess, mut stack) = (0, TraversalStack::new(self.root_height()));
+            let (mut hint, mut stack) = (0, TraversalStack::new(self.root_height()));
             for eight in order.chunks(LANES) {
-                guess = self.nearest_to_eight(simd, points, eight, guess, (&mut stack, &mut nearest));
+                hint = self.nearest_to_eight(simd, points, eight, hint, (&mut stack, &mut nearest));
             }
         });
         nearest
@@ -45,20 +45,20 @@ impl Bvh {
         simd: S,
         points: &[DVec3],
         eight: &[u32],
-        guess: u32,
+        hint: u32,
         (stack, nearest): (&mut TraversalStack, &mut [Nearest]),
     ) -> u32 {
-        if !self.is_one_packet(points, eight, guess) {
-            let mut guess = guess;
+        if !self.is_one_packet(points, eight, hint) {
+            let mut hint = hint;
             for &index in eight {
-                let found = self.nearest_with(simd, points[index as usize], guess);
-                guess = found.slot;
+                let found = self.nearest_with(simd, points[index as usize], hint);
+                hint = found.slot;
                 nearest[index as usize] = found;
             }
-            return guess;
+            return hint;
         }
         let mut packet = Packet::new(simd, points, eight);
-        packet.measure(self.triangle(guess), guess);
+        packet.measure(self.triangle(hint), hint);
         self.search_packet(&mut packet, stack, 0.0);
         for (lane, &index) in eight.iter().enumerate() {
             nearest[index as usize] = Nearest {
@@ -73,9 +73,9 @@ impl Bvh {
     /// Whether up to eight points are so close together, compared with a triangle near them, that a packet
     /// pays.
     #[inline(always)]
-    pub(crate) fn is_one_packet(&self, points: &[DVec3], eight: &[u32], guess: u32) -> bool {
+    pub(crate) fn is_one_packet(&self, points: &[DVec3], eight: &[u32], hint: u32) -> bool {
         let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
-        let [low, high] = self.bounds(guess);
+        let [low, high] = self.bounds(hint);
         let is_wide = (max - min).length_squared() > 4.0 * (high - low).length_squared();
         !is_wide && !self.has_sections()
     }

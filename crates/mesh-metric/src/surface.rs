@@ -323,8 +323,8 @@ impl Surface {
         })
     }
 
-    pub(crate) fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
-        self.bvh.nearest(point, guess)
+    pub(crate) fn nearest(&self, point: DVec3, hint: u32) -> Nearest {
+        self.bvh.nearest(point, hint)
     }
 
     pub(crate) fn nearest_to_each(&self, points: &[DVec3]) -> Vec<Nearest> {

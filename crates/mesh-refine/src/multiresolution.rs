@@ -252,17 +252,18 @@ fn is_held(mesh: &TriMesh, constraints: &FitConstraints) -> bool {
 fn quadruple(mesh: &mut TriMesh) -> bool {
     let old = mesh.topology().vertex_capacity();
     let edges: Vec<EdgeId> = mesh.topology().edges().collect();
-    let mut spokes = Vec::with_capacity(2 * edges.len());
+    let mut incident_edges = Vec::with_capacity(2 * edges.len());
     for edge in edges {
         let [a, b] = mesh.segment(edge);
         let Ok(split) = mesh.topology().check_split_edge(edge) else { return false };
-        spokes.extend(mesh.split_edge(split, a + 0.5 * (b - a)).spokes.into_iter().flatten());
+        incident_edges
+            .extend(mesh.split_edge(split, a + 0.5 * (b - a)).incident_edges.into_iter().flatten());
     }
     // The first of the three edges inside a face joins a midpoint to the opposite corner.
-    for spoke in spokes {
-        let ends = mesh.topology().edge_vertices(spoke);
+    for edge in incident_edges {
+        let ends = mesh.topology().edge_vertices(edge);
         if ends.iter().any(|v| v.index() < old)
-            && let Ok(flip) = mesh.topology().check_flip(spoke)
+            && let Ok(flip) = mesh.topology().check_flip(edge)
         {
             mesh.flip(flip);
         }

@@ -257,8 +257,8 @@ impl<'a> Layout<'a> {
         let topology = self.mesh.topology();
         let targets = self.movable.iter().map(|&v| {
             let at = self.mesh.position(v);
-            let spokes = topology.one_ring(v).map(|w| self.mesh.position(w) - at);
-            let shift = spokes.map(|spoke| random.normal() * spoke).sum::<DVec3>();
+            let edges = topology.one_ring(v).map(|w| self.mesh.position(w) - at);
+            let shift = edges.map(|edge| random.normal() * edge).sum::<DVec3>();
             // Edges in all directions with squared length l² have the sum valence / 2 l² in each direction.
             let scale = (2.0 / topology.valence(v).max(1) as f64).sqrt();
             at + size * scale * shift.reject_from_normalized(self.normal(v))

@@ -57,7 +57,7 @@ proptest! {
         let before = mesh.topology().face_count();
         prop_assert!(faces + 1 >= floor.min(before));
         // The reduction of the largest errors may replace boundary vertices, and end with one face fewer.
-        let cut = result.max_error.is_some_and(|peaks| peaks.kept > 0);
+        let cut = result.max_error.is_some_and(|reduced| reduced.kept > 0);
         match result.stop {
             StopReason::Faces => prop_assert!(faces <= floor),
             _ => prop_assert!(faces > floor || cut),

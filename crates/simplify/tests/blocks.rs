@@ -138,8 +138,8 @@ fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
         let mut options = quick(preset).to_faces(3000);
         let rules = simplify::rules(&options, size).unwrap();
         let sheet = FlatMesh::from_fragment(whole.clone());
-        let ceiling = CostThreshold::leaving(0.5, &[&sheet.forecast(0, &rules, 0.3, 4)]);
-        let left = sheet.reduce(0, &rules, ceiling).into_fragment();
+        let threshold = CostThreshold::leaving(0.5, &[&sheet.forecast(0, &rules, 0.3, 4)]);
+        let left = sheet.reduce(0, &rules, threshold).into_fragment();
         let start = TriMesh::from_triangles(&left.positions, &left.triangles).unwrap();
         let faces = mesh.topology().face_count();
         assert!(start.topology().face_count() < 2 * faces / 3);
@@ -243,9 +243,9 @@ fn regions_cost_no_accuracy() {
 fn the_metric_may_take_over_late() {
     for mesh in [torus(60), hills(70)] {
         let faces = mesh.topology().face_count();
-        let run = |takeover: Option<f64>, wanted: usize| {
+        let run = |switch_ratio: Option<f64>, wanted: usize| {
             let mut options = quick(Preset::Default).to_faces(wanted);
-            options.cost.switch_ratio = takeover;
+            options.cost.switch_ratio = switch_ratio;
             let result = simplify(&mesh, &options).unwrap();
             assert_whole(&mesh, &result, wanted);
             let (level, _) = result.log.level(&mesh, result.log.len()).unwrap();
@@ -273,7 +273,7 @@ fn the_metric_may_take_over_late() {
 /// If only an error limit ends the run, all presets whose metric decimation makes superfluous do the same before
 /// decimation, and record it.
 #[test]
-fn regions_do_all_that_comes_before_a_squeeze() {
+fn regions_do_all_that_comes_before_a_decimation() {
     let mesh = torus(200);
     let within = |options: &Options| {
         let options = options.clone().within(0.01, ErrorCheck::Sampled);
@@ -433,7 +433,7 @@ fn regions_do_not_see_each_other() {
             let partition = sheet.partition(pass);
             let region = |i| Block::new(&sheet, &partition, i, &rules);
             let forecast = region(1).forecast(&rules, 0.2);
-            let ceiling = CostThreshold::leaving(0.5, &[&forecast]);
+            let threshold = CostThreshold::leaving(0.5, &[&forecast]);
             assert_eq!(
                 CostThreshold::leaving(1.0, &[&forecast]),
                 CostThreshold::leaving(2.0, &[&forecast])
@@ -441,7 +441,7 @@ fn regions_do_not_see_each_other() {
             assert_eq!(region(0).reduce(&rules, CostThreshold::NONE).collapses(), 0);
             let count = partition.blocks();
             let mut backwards: Vec<Reduced> =
-                (0..count).rev().map(|i| region(i).reduce(&rules, ceiling)).collect();
+                (0..count).rev().map(|i| region(i).reduce(&rules, threshold)).collect();
             backwards.reverse();
             let faces: usize = backwards.iter().map(Reduced::face_count).sum();
             let together = FlatMesh::join(backwards);

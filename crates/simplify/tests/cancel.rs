@@ -26,8 +26,8 @@ fn assert_consistent(original: &TriMesh, result: &Simplified) {
         is_met[*new] = true;
     }
     let (level, vertex_map) = result.log.level(original, result.log.len()).unwrap();
-    let is_squeezed = result.mesh.topology().face_count() < level.topology().face_count();
-    let is_finished = result.anneal.is_some() || result.max_error.is_some() || is_squeezed;
+    let is_decimated = result.mesh.topology().face_count() < level.topology().face_count();
+    let is_finished = result.anneal.is_some() || result.max_error.is_some() || is_decimated;
     if !is_finished {
         assert!(is_met.as_slice().iter().all(|met| *met));
         assert_eq!(result.vertex_map, vertex_map);
@@ -56,12 +56,12 @@ fn stopped_in(mesh: &TriMesh, options: &Options, phase: Phase, after: usize) -> 
 fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
     let mesh = wave();
     let original = Surface::new(&mesh).unwrap();
-    for squeeze in [false, true] {
+    for decimate in [false, true] {
         let limit = 0.01;
         let mut options = Options::preset(Preset::Default).within(limit, ErrorCheck::Certified);
-        options.tolerance.decimate = squeeze;
+        options.tolerance.decimate = decimate;
         let whole = simplify(&mesh, &options).unwrap();
-        let (mut coarser, mut squeezed) = (0, 0);
+        let (mut coarser, mut decimated) = (0, 0);
         for phase in
             [Phase::Collapse, Phase::Search, Phase::Fit, Phase::Measure, Phase::DecimateToTolerance]
         {
@@ -78,12 +78,12 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
                 assert_eq!(result.error.is_some(), faces < mesh.topology().face_count());
                 coarser += usize::from(faces < mesh.topology().face_count());
                 let (level, _) = result.log.level(&mesh, result.log.len()).unwrap();
-                squeezed += usize::from(faces < level.topology().face_count());
+                decimated += usize::from(faces < level.topology().face_count());
             }
         }
         assert!(coarser > 0, "nothing was kept");
         // Work done before the stop is kept.
-        assert_eq!(squeezed > 0, squeeze);
+        assert_eq!(decimated > 0, decimate);
     }
 }
 

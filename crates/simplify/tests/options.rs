@@ -24,7 +24,7 @@ fn named<T>(result: Result<T, SimplifyError>) -> &'static str {
 
 #[test]
 fn options_of_fit_max_error_and_annealing_are_checked() {
-    let (fit_ok, peaks_ok, anneal_ok) =
+    let (fit_ok, max_error_ok, anneal_ok) =
         (FitOptions::default(), MaxErrorOptions::default(), AnnealOptions::default());
     let (mut mesh, surface) = (sphere(1), Surface::new(&sphere(2)).unwrap());
     let free = &mut FitConstraints::default();
@@ -34,12 +34,12 @@ fn options_of_fit_max_error_and_annealing_are_checked() {
         ("fit tail", FitOptions { tail: f64::INFINITY, ..fit_ok }),
         ("fit samples_per_face", FitOptions { samples_per_face: usize::MAX, ..fit_ok }),
     ];
-    let bad_peaks = [
-        ("max_error above", MaxErrorOptions { above: 1.5, ..peaks_ok }),
-        ("max_error share", MaxErrorOptions { share: f64::NAN, ..peaks_ok }),
-        ("max_error spacing", MaxErrorOptions { spacing: 0.0, ..peaks_ok }),
-        ("max_error max_rise", MaxErrorOptions { max_rise: f64::INFINITY, ..peaks_ok }),
-        ("fit pull", MaxErrorOptions { fit: FitOptions { pull: -1.0, ..fit_ok }, ..peaks_ok }),
+    let bad_max_errors = [
+        ("max_error above", MaxErrorOptions { above: 1.5, ..max_error_ok }),
+        ("max_error share", MaxErrorOptions { share: f64::NAN, ..max_error_ok }),
+        ("max_error spacing", MaxErrorOptions { spacing: 0.0, ..max_error_ok }),
+        ("max_error max_rise", MaxErrorOptions { max_rise: f64::INFINITY, ..max_error_ok }),
+        ("fit pull", MaxErrorOptions { fit: FitOptions { pull: -1.0, ..fit_ok }, ..max_error_ok }),
     ];
     let bad_anneals = [
         ("anneal jump", AnnealOptions { jump: f64::NAN, ..anneal_ok }),
@@ -61,7 +61,7 @@ fn options_of_fit_max_error_and_annealing_are_checked() {
         );
         assert_eq!(whole(&|all| all.refine.tuning.fit = options), name);
     }
-    for (name, options) in bad_peaks {
+    for (name, options) in bad_max_errors {
         assert_eq!(
             named(
                 reduce_max_error(&mut mesh, &surface, free, &options).map_err(SimplifyError::from)

@@ -64,7 +64,7 @@ fn a_guard_from_outside_holds_in_all_steps() {
     let painted = painted(&mesh);
     let mut extreme = Options::preset(Preset::Extreme).to_faces(500);
     extreme.refine.tuning.anneal = AnnealOptions { rounds: 4, ..AnnealOptions::default() };
-    let peaks_only = {
+    let max_error_only = {
         let mut options = Options::preset(Preset::Quality).to_faces(500);
         options.refine.fit = false;
         options.refine.anneal = false;
@@ -76,7 +76,7 @@ fn a_guard_from_outside_holds_in_all_steps() {
     levels.target.time = Some(Duration::from_secs(3600));
     let levels = levels.within(0.05, ErrorCheck::Certified);
     assert!(!levels.tolerance.decimate);
-    for options in [extreme, peaks_only, within, levels] {
+    for options in [extreme, max_error_only, within, levels] {
         let policies = Policies::new(Hybrid::default(), Optimal::default());
         let result = guarded(&mesh, policies, &options).unwrap();
         assert!(result.mesh.topology().face_count() < mesh.topology().face_count() / 2);

@@ -30,18 +30,18 @@ fn an_unused_vertex_far_away_is_no_peak() {
     let [mesh, stray] = wave_and_stray();
     let options = Options::preset(Preset::Quality).to_faces(150);
     let [expected, got] = [&mesh, &stray].map(|mesh| simplify(mesh, &options).unwrap());
-    let peaks = expected.max_error.as_ref().unwrap();
-    assert!(peaks.rounds > 0 && peaks.largest_before < 0.1);
-    assert_eq!(got.max_error.as_ref().unwrap().largest_before, peaks.largest_before);
+    let reduced = expected.max_error.as_ref().unwrap();
+    assert!(reduced.rounds > 0 && reduced.largest_before < 0.1);
+    assert_eq!(got.max_error.as_ref().unwrap().largest_before, reduced.largest_before);
     assert_same_surface(&expected, &got);
 }
 
 #[test]
 fn an_unused_vertex_far_away_does_not_spoil_the_search_for_an_error_limit() {
     let [mesh, stray] = wave_and_stray();
-    for squeeze in [false, true] {
+    for decimate in [false, true] {
         let mut options = Options::preset(Preset::Default).within(0.02, ErrorCheck::Sampled);
-        options.tolerance.decimate = squeeze;
+        options.tolerance.decimate = decimate;
         let [expected, got] = [&mesh, &stray].map(|mesh| simplify(mesh, &options).unwrap());
         assert!(2 * expected.mesh.topology().face_count() < mesh.topology().face_count());
         assert_eq!(expected.log.len(), got.log.len());

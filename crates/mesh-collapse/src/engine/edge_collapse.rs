@@ -125,11 +125,11 @@ fn run_in_rounds<C: Cost, P: Placement>(
             rounds.refill(stepper.mesh().topology(), &entries);
             continue;
         }
-        let ceiling = round.ceiling.min(watch.cost());
+        let threshold = round.threshold.min(watch.cost());
         for (chunk, ahead) in round.visits.chunks(LOOK_AHEAD).enumerate() {
             if looks_ahead && chunk.is_multiple_of(CHUNKS) {
                 let coming = &round.visits[chunk * LOOK_AHEAD..];
-                stepper.look_ahead(&coming[..coming.len().min(CHUNKS * LOOK_AHEAD)], ceiling);
+                stepper.look_ahead(&coming[..coming.len().min(CHUNKS * LOOK_AHEAD)], threshold);
             }
             // The early bounds of the next edges bring their surroundings into the cache. Unlike collapses, these
             // accesses are independent of each other.
@@ -142,13 +142,13 @@ fn run_in_rounds<C: Cost, P: Placement>(
                 if let Some(reason) = stepper.reached(watch) {
                     return reason;
                 }
-                let turn = if bound > ceiling {
+                let turn = if bound > threshold {
                     Turn::Above(bound)
                 } else {
                     if looks_ahead {
                         stepper.recall(chunk % CHUNKS * LOOK_AHEAD + i);
                     }
-                    stepper.take_turn(visit.edge, ceiling, &mut rounds)
+                    stepper.take_turn(visit.edge, threshold, &mut rounds)
                 };
                 if let Turn::Above(cost) = turn {
                     rounds.push_above(Visit { cost, ..visit });

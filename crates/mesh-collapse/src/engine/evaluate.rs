@@ -43,7 +43,7 @@ pub(super) fn assess<C: Cost, P: Placement>(
     Policies { cost, modifiers, placement, .. }: &Policies<C, P>,
     fixed: &VertexFreedom,
     lazy: &mut LazyPatch<'_>,
-    ceiling: f64,
+    threshold: f64,
     scratch: &mut Scratch,
 ) -> Result<Assessment, Rejection> {
     let patch = &lazy.as_is();
@@ -67,11 +67,11 @@ pub(super) fn assess<C: Cost, P: Placement>(
         return Err(Rejection::NotFinite);
     }
     match cost.lower_bound(patch, quadric, x) {
-        Some(bound) if bound * factor > ceiling => return Ok(Assessment::Above(bound * factor)),
+        Some(bound) if bound * factor > threshold => return Ok(Assessment::Above(bound * factor)),
         _ => {}
     }
     let base = cost.cost(patch, quadric, x, scratch);
-    if !modifiers.is_empty() && base * factor > ceiling {
+    if !modifiers.is_empty() && base * factor > threshold {
         return Ok(Assessment::Above(base * factor));
     }
     let cost = raise(base, x, lazy, scratch) * factor;

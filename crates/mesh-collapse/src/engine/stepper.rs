@@ -96,11 +96,11 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
         }
     }
 
-    /// The collapse of an edge that costs at most `ceiling`, if policies and constraints allow it.
+    /// The collapse of an edge that costs at most `threshold`, if policies and constraints allow it.
     fn choose<'p>(
         &self,
         edge: EdgeId,
-        ceiling: f64,
+        threshold: f64,
         faces: &'p mut Vec<PatchFace>,
         scratch: &mut Scratch,
     ) -> Result<Choice<'p>, Rejection>
@@ -112,9 +112,9 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
             return Err(Rejection::Valence);
         }
         let mut patch = detail.patch(mesh, fixed, edge, faces);
-        let (place, cost) = match assess(policies, fixed, &mut patch, ceiling, scratch)? {
+        let (place, cost) = match assess(policies, fixed, &mut patch, threshold, scratch)? {
             Assessment::Above(cost) => return Ok(Choice::Above(cost)),
-            Assessment::Exact(_, cost) if cost > ceiling => return Ok(Choice::Above(cost)),
+            Assessment::Exact(_, cost) if cost > threshold => return Ok(Choice::Above(cost)),
             Assessment::Exact(place, cost) => (place, cost),
         };
         let patch = patch.with_faces();
@@ -292,14 +292,14 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
 
     /// Evaluates edges ahead of their turns, in parallel. The turns have the same outcome as without this; they reuse
     /// results that no collapse has invalidated in between.
-    pub(super) fn look_ahead(&mut self, visits: &[Visit], ceiling: f64) {
+    pub(super) fn look_ahead(&mut self, visits: &[Visit], threshold: f64) {
         let mut ahead = core::mem::take(&mut self.ahead);
         ahead.resize_with(visits.len().max(ahead.len()), Memory::default);
         let evaluator = self.evaluator();
         parallel::update_each(&mut ahead[..visits.len()], |i, Memory { faces, scratch }| {
             if self.mesh.topology().contains_edge(visits[i].edge) {
                 // The turn evaluates the edge again; intermediate results stay in the memory.
-                let _ = evaluator.choose(visits[i].edge, ceiling, faces, scratch);
+                let _ = evaluator.choose(visits[i].edge, threshold, faces, scratch);
             }
         });
         self.ahead = ahead;
@@ -312,15 +312,15 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         }
     }
 
-    /// Collapses an edge that costs at most `ceiling`, if policies and constraints allow it, and puts the affected
+    /// Collapses an edge that costs at most `threshold`, if policies and constraints allow it, and puts the affected
     /// edges back into the schedule.
     pub(super) fn take_turn(
         &mut self,
         edge: EdgeId,
-        ceiling: f64,
+        threshold: f64,
         schedule: &mut dyn EdgeQueue,
     ) -> Turn {
-        match self.try_collapse(edge, ceiling) {
+        match self.try_collapse(edge, threshold) {
             Ok(Turn::Collapsed) => {
                 self.readmit(schedule);
                 Turn::Collapsed
@@ -334,14 +334,15 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         }
     }
 
-    fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Rejection> {
+    fn try_collapse(&mut self, edge: EdgeId, threshold: f64) -> Result<Turn, Rejection> {
         let Self { mesh, policies, fixed, memory, valences, detail, .. } = self;
         let Memory { faces, scratch } = memory;
         let evaluator = Evaluator { mesh, policies, fixed, valences, detail };
-        let (patch, place, offset, cost) = match evaluator.choose(edge, ceiling, faces, scratch)? {
-            Choice::Above(cost) => return Ok(Turn::Above(cost)),
-            Choice::Collapse { patch, place, offset, cost } => (patch, place, offset, cost),
-        };
+        let (patch, place, offset, cost) =
+            match evaluator.choose(edge, threshold, faces, scratch)? {
+                Choice::Above(cost) => return Ok(Turn::Above(cost)),
+                Choice::Collapse { patch, place, offset, cost } => (patch, place, offset, cost),
+            };
         let half_edge = patch.half_edge();
         let legal = mesh.topology().check_collapse(half_edge)?;
         let (removed, kept) = (legal.removed(), legal.kept());

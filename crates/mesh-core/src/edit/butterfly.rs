@@ -261,10 +261,10 @@ fn zorin_weights(
 ) {
     give(topology.origin(h), 0.75);
     // The weights are symmetric, so the direction around the ring does not matter.
-    let mut spoke = h;
+    let mut incident_edge = h;
     let mut ring = |weight| {
-        give(topology.target(spoke), weight);
-        spoke = topology.next(spoke.twin());
+        give(topology.target(incident_edge), weight);
+        incident_edge = topology.next(incident_edge.twin());
     };
     match valence {
         3 => [5.0 / 12.0, -1.0 / 12.0, -1.0 / 12.0].into_iter().for_each(ring),

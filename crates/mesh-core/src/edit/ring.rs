@@ -98,15 +98,15 @@ impl Topology {
         self.revision.advance();
         let centre = self.push_vertex();
         let sides: Vec<HalfEdgeId> = ring.order.places().map(|i| ring.sides[i as usize]).collect();
-        let spokes: Vec<HalfEdgeId> =
+        let incident_edges: Vec<HalfEdgeId> =
             sides.iter().map(|&side| self.push_edge(centre, self.origin(side))).collect();
         let faces = (0..sides.len())
             .map(|i| {
-                let following = spokes[(i + 1) % spokes.len()];
-                self.push_circuit([sides[i], following.twin(), spokes[i]])
+                let following = incident_edges[(i + 1) % incident_edges.len()];
+                self.push_circuit([sides[i], following.twin(), incident_edges[i]])
             })
             .collect();
-        self.vertex_half_edge[centre.index()] = spokes.first().copied();
+        self.vertex_half_edge[centre.index()] = incident_edges.first().copied();
         ring.order.left = 0;
         (centre, faces)
     }

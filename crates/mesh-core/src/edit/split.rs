@@ -49,7 +49,7 @@ pub struct EdgeSplit {
     /// The new faces, to the left and to the right of `half_edge`; `None` beyond the boundary.
     pub faces: [Option<FaceId>; 2],
     /// The new edges from the new vertex to the two apexes, left and right of the split edge.
-    pub spokes: [Option<EdgeId>; 2],
+    pub incident_edges: [Option<EdgeId>; 2],
 }
 
 /// The elements that a face split made.
@@ -61,7 +61,7 @@ pub struct FaceSplit {
     /// The two new faces. The split face keeps its handle and its first side.
     pub faces: [FaceId; 2],
     /// The new edges from the new vertex to the first, second and third vertex of the split face.
-    pub spokes: [EdgeId; 3],
+    pub incident_edges: [EdgeId; 3],
 }
 
 impl Topology {
@@ -116,13 +116,18 @@ impl Topology {
         self.half_edges[far.twin().index()].face = self.face(h.twin());
         self.vertex_half_edge[vertex.index()] = Some(far);
 
-        // Both faces are quadrilaterals now, until a spoke cuts each in two.
+        // Both faces are quadrilaterals now, until an incident edge cuts each in two.
         let left = self.cut_quadrilateral(far, h, far).unzip();
         let right = self.cut_quadrilateral(h.twin(), far.twin(), far.twin()).unzip();
         // The exterior half-edge of the end stays the same, unless it belongs to the split edge.
         self.anchor_vertex(end, far.twin(), anchor);
         self.anchor_vertex(vertex, far, [h.twin()]);
-        EdgeSplit { vertex, half_edge: far, faces: [left.1, right.1], spokes: [left.0, right.0] }
+        EdgeSplit {
+            vertex,
+            half_edge: far,
+            faces: [left.1, right.1],
+            incident_edges: [left.0, right.0],
+        }
     }
 
     /// Puts a new vertex inside a face and joins it to the face's vertices.
@@ -134,16 +139,20 @@ impl Topology {
         let sides = self.face_half_edges(split.face);
         let corners = self.face_vertices(split.face);
         let vertex = self.push_vertex();
-        let spokes = corners.map(|corner| self.push_edge(vertex, corner));
+        let incident_edges = corners.map(|corner| self.push_edge(vertex, corner));
         let faces = [split.face, self.push_face(sides[1]), self.push_face(sides[2])];
         for (i, (&side, &face)) in sides.iter().zip(&faces).enumerate() {
-            let circuit = [side, spokes[(i + 1) % 3].twin(), spokes[i]];
+            let circuit = [side, incident_edges[(i + 1) % 3].twin(), incident_edges[i]];
             self.half_edges[side.index()].face = Some(face);
             self.circuit(circuit);
         }
         self.face_half_edge[split.face.index()] = sides[0];
-        self.vertex_half_edge[vertex.index()] = Some(spokes[0]);
-        FaceSplit { vertex, faces: [faces[1], faces[2]], spokes: spokes.map(HalfEdgeId::edge) }
+        self.vertex_half_edge[vertex.index()] = Some(incident_edges[0]);
+        FaceSplit {
+            vertex,
+            faces: [faces[1], faces[2]],
+            incident_edges: incident_edges.map(HalfEdgeId::edge),
+        }
     }
 
     /// Cuts a quadrilateral whose circuit begins `last`, `first`, with an edge from the vertex between them to the
@@ -157,16 +166,16 @@ impl Topology {
         let old_face = self.face(first)?;
         let second = self.next(first);
         let third = self.next(second);
-        let spoke = self.push_edge(self.origin(first), self.target(second));
+        let diagonal = self.push_edge(self.origin(first), self.target(second));
         let new_face = self.push_face(moved);
         self.half_edges[moved.index()].face = Some(new_face);
-        self.circuit([first, second, spoke.twin()]);
-        self.circuit([last, spoke, third]);
+        self.circuit([first, second, diagonal.twin()]);
+        self.circuit([last, diagonal, third]);
         // If the start corner of the old face moved away, the new vertex takes its place.
         if self.face(self.half_edge_of_face(old_face)) != Some(old_face) {
-            let on_old = self.face(spoke) == Some(old_face);
-            self.face_half_edge[old_face.index()] = if on_old { spoke } else { spoke.twin() };
+            let on_old = self.face(diagonal) == Some(old_face);
+            self.face_half_edge[old_face.index()] = if on_old { diagonal } else { diagonal.twin() };
         }
-        Some((spoke.edge(), new_face))
+        Some((diagonal.edge(), new_face))
     }
 }

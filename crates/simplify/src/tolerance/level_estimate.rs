@@ -219,19 +219,20 @@ mod tests {
             for (limit, both_ways) in
                 [(1e-5, true), (0.002, true), (0.01, true), (0.01, false), (10.0, true)]
             {
-                let guess =
+                let estimate =
                     LevelEstimate { mesh: &mesh, protected, log: &log, original, limit, both_ways };
                 for snapshot in &snapshots {
-                    let stage = guess.stage(snapshot.clone());
+                    let stage = estimate.stage(snapshot.clone());
                     let replayed = Level::new(&mesh, protected, &log, stage.done).unwrap();
                     assert_same(&stage.level, &replayed);
                     assert!(stage.done > 0 && stage.log.len() == log.len() - stage.done);
                 }
                 let is_within = |count| {
                     let level = log.replay(&mesh, count).unwrap();
-                    guess.is_near(&level) && guess.has_near(&level, &used).unwrap()
+                    estimate.is_near(&level) && estimate.has_near(&level, &used).unwrap()
                 };
-                let (level, count) = guess.level(snapshots.clone(), &mut Observer::none()).unwrap();
+                let (level, count) =
+                    estimate.level(snapshots.clone(), &mut Observer::none()).unwrap();
                 assert_same(&level, &Level::new(&mesh, protected, &log, count).unwrap());
                 let coarser = vertices - ((vertices - count) as f64 / 1.05) as usize;
                 assert!(is_within(count) && (count == log.len() || !is_within(coarser)));

@@ -49,7 +49,7 @@ impl LevelSearch<'_> {
         observer: &mut Observer<'_>,
     ) -> Result<Option<Found>, SimplifyError> {
         let total = self.log.len();
-        let guess = LevelEstimate {
+        let estimate = LevelEstimate {
             mesh: self.mesh,
             protected: &self.protected,
             log: self.log,
@@ -58,11 +58,11 @@ impl LevelSearch<'_> {
             // A level that is not refined stays as it is.
             both_ways: self.decimate.is_some(),
         };
-        let (level, mut collapses) = guess.level(snapshots, observer)?;
-        let (vertices, mut guessed) = (used_vertices(self.mesh), Some(level));
+        let (level, mut collapses) = estimate.level(snapshots, observer)?;
+        let (vertices, mut estimated) = (used_vertices(self.mesh), Some(level));
         let (mut good, mut bad): (Option<Found>, Option<usize>) = (None, None);
         loop {
-            let level = guessed.take().map_or_else(|| self.level(collapses), Ok)?;
+            let level = estimated.take().map_or_else(|| self.level(collapses), Ok)?;
             let Some(found) = self.attempt(level, collapses, observer)? else { return Ok(good) };
             let is_within = found.error.is_within(self.limit);
             if collapses == if is_within { total } else { 0 }

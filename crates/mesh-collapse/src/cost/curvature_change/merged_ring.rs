@@ -1,9 +1,9 @@
 //! The star of the remaining vertex after a collapse, evaluated in parallel.
 //!
-//! A walk around a vertex is sequential: each step waits for the one before. Here the spokes are stored in rows. First
-//! all neighbours and their data are looked up. Then faces, edges and vertices are evaluated in blocks of rows, by
-//! loops that compilers turn into vector instructions of the widest kind that the processor has. The terms of a vertex
-//! are added in a fixed order, so the width does not change the bits.
+//! A walk around a vertex is sequential: each step waits for the one before. Here the incident edges are stored in
+//! rows. First all neighbours and their data are looked up. Then faces, edges and vertices are evaluated in blocks of
+//! rows, by loops that compilers turn into vector instructions of the widest kind that the processor has. The terms of
+//! a vertex are added in a fixed order, so the width does not change the bits.
 
 use core::f64::consts::PI;
 
@@ -23,15 +23,16 @@ const HINGE_SHARE: f64 = 0.25;
 
 /// Buffers for a star, and the result of the last evaluation.
 ///
-/// The spokes are in rows 1 to `spokes.len()`, clockwise. The face of a row lies between its spoke and the spoke of the
-/// row before; the link is the side of that face opposite to the centre. If the star is closed, the row before the
-/// first spoke repeats the last one, and the row after the last spoke repeats the first one. If it is open, the first
-/// row has no face. Further rows hold values of earlier stars, which are not used.
+/// The incident edges are in rows 1 to `incident_edges.len()`, clockwise. The face of a row lies between its incident
+/// edge and the incident edge of the row before; the link is the side of that face opposite to the centre. If the star
+/// is closed, the row before the first incident edge repeats the last one, and the row after the last incident edge
+/// repeats the first one. If it is open, the first row has no face. Further rows hold values of earlier stars, which
+/// are not used.
 #[derive(Clone, Debug)]
 pub(super) struct MergedRing {
     level: Level,
     half_edges: Vec<HalfEdgeId>,
-    spokes: Vec<Spoke>,
+    incident_edges: Vec<IncidentEdge>,
     closed: bool,
     rows: Rows,
     center: Term,
@@ -41,7 +42,7 @@ pub(super) struct MergedRing {
 
 /// A neighbour of the remaining vertex.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spoke {
+pub(super) struct IncidentEdge {
     /// The half-edge to it, in the mesh before the collapse.
     pub(super) side: HalfEdgeId,
     pub(super) vertex: VertexId,
@@ -61,7 +62,7 @@ impl Default for MergedRing {
         Self {
             level: Level::new(),
             half_edges: Vec::new(),
-            spokes: Vec::new(),
+            incident_edges: Vec::new(),
             closed: false,
             rows: Rows::default(),
             center: Term::default(),
@@ -101,18 +102,18 @@ impl MergedRing {
     }
 
     /// The neighbours of the remaining vertex.
-    pub(super) fn spokes(&self) -> &[Spoke] {
-        &self.spokes
+    pub(super) fn incident_edges(&self) -> &[IncidentEdge] {
+        &self.incident_edges
     }
 
     /// The measure of each neighbour after the collapse.
     pub(super) fn measured(&self) -> &[f64] {
-        self.rows.column(Column::Measured, self.spokes.len())
+        self.rows.column(Column::Measured, self.incident_edges.len())
     }
 
     /// A neighbour after the collapse.
-    pub(super) fn neighbour(&self, spoke: usize) -> Term {
-        let row = spoke + 1;
+    pub(super) fn neighbour(&self, incident_edge: usize) -> Term {
+        let row = incident_edge + 1;
         Term {
             integrals: self.integrals(row),
             measured: self.rows[(Column::Measured, row)],
@@ -120,15 +121,15 @@ impl MergedRing {
         }
     }
 
-    /// The share of mean curvature of a spoke after the collapse.
-    pub(super) fn spoke_hinge(&self, spoke: usize) -> f64 {
-        self.rows[(Column::SpokeHinge, spoke + 1)]
+    /// The share of mean curvature of an incident edge after the collapse.
+    pub(super) fn incident_hinge(&self, incident_edge: usize) -> f64 {
+        self.rows[(Column::IncidentHinge, incident_edge + 1)]
     }
 
-    /// The face between a spoke and the one before it, if there is one.
-    pub(super) fn face(&self, spoke: usize) -> Option<MergedFace> {
-        let row = spoke + 1;
-        (self.closed || spoke > 0).then(|| MergedFace {
+    /// The face between an incident edge and the one before it, if there is one.
+    pub(super) fn face(&self, incident_edge: usize) -> Option<MergedFace> {
+        let row = incident_edge + 1;
+        (self.closed || incident_edge > 0).then(|| MergedFace {
             angles: [Column::CenterAngle, Column::Angle, Column::AngleBefore]
                 .map(|column| self.rows[(column, row)]),
             third: self.rows[(Column::Third, row)],
@@ -146,14 +147,14 @@ impl MergedRing {
         let mesh = patch.mesh();
         let topology = mesh.topology();
         let center = patch.origin() + x;
-        self.spokes.clear();
+        self.incident_edges.clear();
         for (i, &side) in self.half_edges.iter().enumerate() {
             let row = i + 1;
             let vertex = topology.target(side);
-            self.spokes.push(Spoke { side, vertex });
+            self.incident_edges.push(IncidentEdge { side, vertex });
             rows.set_vector(Vector::Along, row, mesh.position(vertex) - center);
             let is_open_end = !self.closed && (i == 0 || i + 1 == count);
-            rows[(Column::SpokeShare, row)] = if is_open_end { 0.0 } else { HINGE_SHARE };
+            rows[(Column::IncidentShare, row)] = if is_open_end { 0.0 } else { HINGE_SHARE };
 
             let link = topology.next(side);
             let apex = topology.apex(link.twin());
@@ -176,7 +177,7 @@ impl MergedRing {
         rows.repeat(Vector::Along, 1, count + 1);
     }
 
-    /// Subtracts the vanishing faces, and the second spoke to each apex, from the terms of the apexes.
+    /// Subtracts the vanishing faces, and the second incident edge to each apex, from the terms of the apexes.
     fn remove_vanishing(&mut self, tables: &Tables, patch: &EdgePatch<'_>) {
         let topology = patch.mesh().topology();
         for side in [patch.half_edge(), patch.half_edge().twin()] {
@@ -184,8 +185,10 @@ impl MergedRing {
             let second = topology.next(side);
             let third = topology.next(second);
             let apex = topology.target(second);
-            let Some(place) = self.spokes.iter().position(|s| s.vertex == apex) else { continue };
-            let is_second = self.spokes[place].side.edge() == second.edge();
+            let Some(place) = self.incident_edges.iter().position(|s| s.vertex == apex) else {
+                continue;
+            };
+            let is_second = self.incident_edges[place].side.edge() == second.edge();
             let other = if is_second { third } else { second };
             let row = place + 1;
             self.rows[(Column::Defect, row)] += tables.corners[third];
@@ -196,7 +199,7 @@ impl MergedRing {
 
     #[inline(always)]
     fn evaluate_rows<const UNSIGNED: bool>(&mut self, measure: Measure) {
-        let count = self.spokes.len();
+        let count = self.incident_edges.len();
         for first in (1..=count).step_by(LANES) {
             self.evaluate_faces::<UNSIGNED>(first);
         }
@@ -264,7 +267,7 @@ impl MergedRing {
 
     /// Copies the first face behind the last one; an open star has no face at either end.
     fn close(&mut self) {
-        let end = self.spokes.len() + 1;
+        let end = self.incident_edges.len() + 1;
         let rows = &mut self.rows;
         rows.repeat(Vector::Normal, 1, end);
         let changes = [
@@ -291,7 +294,7 @@ impl MergedRing {
         let next_along = rows.vectors(Vector::Along, next);
         let normal = rows.vectors(Vector::Normal, first);
         let next_normal = rows.vectors(Vector::Normal, next);
-        let share = rows.lanes(Column::SpokeShare, first);
+        let share = rows.lanes(Column::IncidentShare, first);
         let angle_change = rows.lanes(Column::AngleChange, first);
         let next_angle_change = rows.lanes(Column::AngleBeforeChange, next);
         let third_change = rows.lanes(Column::ThirdChange, first);
@@ -303,15 +306,15 @@ impl MergedRing {
         let mut area = rows.lanes(Column::Area, first);
         let mut hinge = [0.0; LANES];
         for i in 0..LANES {
-            let (spoke, right) = (at(&along, i), at(&next_along, i));
-            let length = spoke.length();
+            let (incident_edge, right) = (at(&along, i), at(&next_along, i));
+            let length = incident_edge.length();
             let bend = length * hinge_angle(length, at(&normal, i), at(&next_normal, i), right);
             hinge[i] = share[i] * if UNSIGNED { bend.abs() } else { bend };
             defect[i] -= angle_change[i] + next_angle_change[i];
             mean[i] += link_change[i] + next_link_change[i] + hinge[i];
             area[i] = (area[i] + third_change[i] + next_third_change[i]).max(0.0);
         }
-        rows.store(Column::SpokeHinge, first, &hinge);
+        rows.store(Column::IncidentHinge, first, &hinge);
         rows.store(Column::Defect, first, &defect);
         rows.store(Column::Mean, first, &mean);
         rows.store(Column::Area, first, &area);
@@ -319,7 +322,7 @@ impl MergedRing {
 
     #[inline(always)]
     fn measure(&mut self, of: impl Fn(VertexIntegrals, bool) -> f64) {
-        for first in (1..=self.spokes.len()).step_by(LANES) {
+        for first in (1..=self.incident_edges.len()).step_by(LANES) {
             let inner = self.rows.lanes(Column::Inner, first);
             let defect = self.rows.lanes(Column::Defect, first);
             let mean = self.rows.lanes(Column::Mean, first);
@@ -334,11 +337,11 @@ impl MergedRing {
 
     /// The sums at the remaining vertex.
     fn add_up(&self, measure: Measure) -> Term {
-        let count = self.spokes.len();
+        let count = self.incident_edges.len();
         let sum = |column| self.rows.column(column, count).iter().sum::<f64>();
         let full_angle = if self.closed { 2.0 * PI } else { PI };
         let defect = full_angle - sum(Column::CenterAngle);
-        let integrals = integrals(defect, sum(Column::SpokeHinge), sum(Column::Third));
+        let integrals = integrals(defect, sum(Column::IncidentHinge), sum(Column::Third));
         Term::new(integrals, !self.closed, measure)
     }
 

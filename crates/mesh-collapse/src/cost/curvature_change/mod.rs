@@ -55,7 +55,8 @@ impl CurvatureChange {
         let star: &mut MergedRing = scratch.get();
         star.evaluate(&self.tables, (self.measure, self.version), patch, x);
         let measured = |v: VertexId| self.tables.vertices[v].measured;
-        let neighbours = star.spokes().iter().map(|spoke| measured(spoke.vertex));
+        let neighbours =
+            star.incident_edges().iter().map(|incident_edge| measured(incident_edge.vertex));
         Sums {
             before: measured(patch.removed()) + measured(patch.kept()) + neighbours.sum::<f64>(),
             after: star.center().measured + star.measured().iter().sum::<f64>(),
@@ -70,18 +71,20 @@ impl CurvatureChange {
         let Tables { vertices, hinges, corners, thirds } = &mut self.tables;
         let topology = patch.mesh().topology();
         vertices[patch.kept()] = *star.center();
-        for (i, spoke) in star.spokes().iter().enumerate() {
-            vertices[spoke.vertex] = star.neighbour(i);
-            hinges[spoke.side.edge()] = star.spoke_hinge(i);
-            let (Some(face), Some(f)) = (star.face(i), topology.face(spoke.side)) else { continue };
-            let link = topology.next(spoke.side);
+        for (i, incident_edge) in star.incident_edges().iter().enumerate() {
+            vertices[incident_edge.vertex] = star.neighbour(i);
+            hinges[incident_edge.side.edge()] = star.incident_hinge(i);
+            let (Some(face), Some(f)) = (star.face(i), topology.face(incident_edge.side)) else {
+                continue;
+            };
+            let link = topology.next(incident_edge.side);
             hinges[link.edge()] = face.link_hinge;
-            let sides = [spoke.side, link, topology.next(link)];
+            let sides = [incident_edge.side, link, topology.next(link)];
             sides.into_iter().zip(face.angles).for_each(|(side, angle)| corners[side] = angle);
             thirds[f] = face.third;
         }
-        // The star contains only one of the two spokes to the apex of a vanishing face. Either may stay, with one
-        // half-edge taking the place of the twin of the other.
+        // The star contains only one of the two incident edges to the apex of a vanishing face. Either may stay, with
+        // one half-edge taking the place of the twin of the other.
         for side in [patch.half_edge(), patch.half_edge().twin()] {
             if topology.is_exterior(side) {
                 continue;
@@ -89,9 +92,11 @@ impl CurvatureChange {
             let second = topology.next(side);
             let third = topology.next(second);
             let apex = topology.target(second);
-            let Some(i) = star.spokes().iter().position(|s| s.vertex == apex) else { continue };
+            let Some(i) = star.incident_edges().iter().position(|s| s.vertex == apex) else {
+                continue;
+            };
             for (this, other) in [(second, third), (third, second)] {
-                hinges[this.edge()] = star.spoke_hinge(i);
+                hinges[this.edge()] = star.incident_hinge(i);
                 corners[this] = corners[other.twin()];
             }
         }

@@ -12,11 +12,11 @@ pub(super) const LANES: usize = 4;
 /// The values of a column in a block of rows.
 pub(super) type Lanes = [f64; LANES];
 
-/// The data of a spoke of a star and of the face between it and the spoke before.
+/// The data of an incident edge of a star and of the face between it and the incident edge before.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Column {
-    /// The share of the bend of the spoke, or of the link, that each of its ends receives; 0 on the boundary.
-    SpokeShare,
+    /// The share of the bend of the incident edge, or of the link, that each of its ends receives; 0 on the boundary.
+    IncidentShare,
     LinkShare,
     /// The angles of the face at the centre, at this neighbour, and at the neighbour of the row before.
     CenterAngle,
@@ -24,7 +24,7 @@ pub(super) enum Column {
     AngleBefore,
     /// A third of the area of the face.
     Third,
-    SpokeHinge,
+    IncidentHinge,
     LinkHinge,
     /// The changes of the angles, of a third of the area, and of the hinge of the link. Before the evaluation, their
     /// current values in the mesh.

@@ -42,7 +42,7 @@ pub(crate) struct Round {
     /// The smallest key.
     pub(crate) least: f64,
     /// Edges that cost more belong to a later round.
-    pub(crate) ceiling: f64,
+    pub(crate) threshold: f64,
 }
 
 /// The bucket is given by the leading bits of a number: the exponent and five binary digits.
@@ -112,7 +112,7 @@ impl Rounds {
         round.least = keys.fold(f64::INFINITY, f64::min);
         let end = ((SMALLEST.to_bits() >> SHIFT) + self.open as u64 + 1) << SHIFT;
         let is_last = self.open + 2 >= self.buckets.len();
-        round.ceiling = if is_last { f64::INFINITY } else { f64::from_bits(end) / self.scale };
+        round.threshold = if is_last { f64::INFINITY } else { f64::from_bits(end) / self.scale };
         true
     }
 }
@@ -178,14 +178,14 @@ mod tests {
         while rounds.take(&mut round) {
             assert!(round.least >= before * (1.0 - 1e-15));
             let most = round.visits.iter().map(|visit| visit.cost).fold(0.0, f64::max);
-            assert!(most <= round.ceiling * (1.0 + 1e-15));
+            assert!(most <= round.threshold * (1.0 + 1e-15));
             assert!(round.least <= 1e-20 || most <= 1.0313 * round.least || most.is_infinite());
             assert!(round.visits.windows(2).all(|pair| pair[0].rank <= pair[1].rank));
             seen += round.visits.len();
-            before = round.ceiling;
+            before = round.threshold;
             if most < 1e10 {
                 // The cost equals the threshold, but the edge must still go into a later round.
-                rounds.push_above(Visit { cost: round.ceiling, ..round.visits[0] });
+                rounds.push_above(Visit { cost: round.threshold, ..round.visits[0] });
                 again += 1;
             }
         }
