@@ -38,7 +38,7 @@ pub(crate) fn parse_page() -> impl TypedValueParser<Value = PathBuf> {
 /// Reads the name of a picture.
 pub(crate) fn parse_picture() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new()
-        .try_map(|path| named_after_content(path, &["png"], "a picture is written as PNG"))
+        .try_map(|path| named_after_content(path, &["png", "svg"], "a picture is PNG or SVG"))
 }
 
 /// Refuses an extension that says something else than the content; a name may have none.

@@ -122,6 +122,10 @@ fn every_command_has_its_page() {
     browser.open_view(&page("patch.html"));
     assert!(text(&mut browser, "#one").contains("patch 0"));
     assert!(text(&mut browser, "#controls").contains("Arcs of k1"));
+    assert_eq!(browser.text("curvmesh.meshes[0].source.name"), "mesh");
+    assert_eq!(browser.number("curvmesh.state.overlays.size"), 0.0);
+    browser.set("color", "face:patch");
+    assert!(browser.number("document.querySelectorAll('#swatches span').length") > 1.0);
     browser.open_view(&page("distance.html"));
     assert!(text(&mut browser, "#controls").contains("Largest distance"));
     assert_eq!(browser.number("curvmesh.meshes.length"), 2.0);
@@ -197,6 +201,89 @@ fn pictures_have_their_size_and_bar() {
         ["render", "a.ply", "-o", "s.png", "--size", "100,100", "--direction", "front,left,top"];
     done(folder, &sheet);
     assert!(size("s.png").0 > 200 && size("s.png").1 > 200);
+}
+
+/// Two triangles with labels of vertices and of faces, and a component apart.
+const LABELLED: &str = "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\nproperty int zone\nelement face 3\nproperty list uchar int vertex_indices\nproperty uchar part\nend_header\n0 0 0 1\n1 0 0 1\n1 1 0 -70000\n0 1 0 1\n3 0 0 1\n4 0 0 1\n3 1 0 1\n3 0 1 2 2\n3 0 2 3 5\n3 4 5 6 5\n";
+
+#[test]
+fn integers_are_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("l.ply"), LABELLED).unwrap();
+    let report = |arguments: &[&str]| -> serde_json::Value {
+        let size = ["--size", "300,300", "--direction", "front", "--json"];
+        serde_json::from_str(&done(folder, &[&["render", "l.ply"], arguments, &size].concat()))
+            .unwrap()
+    };
+    let has = |name: &str, color: [u8; 3]| {
+        let picture = image::open(folder.join(name)).unwrap().to_rgb8();
+        picture.pixels().filter(|pixel| pixel.0 == color).count() > 100
+    };
+    let [orange, blue, green, rust] = [[230, 159, 0], [86, 180, 233], [0, 158, 115], [213, 94, 0]];
+    // Labels from 0 to 19 have the colour of their number: 2 is green, 5 is a red brown.
+    let part = report(&["--property", "part", "-o", "part.png"]);
+    assert_eq!(part["labels"], 2);
+    assert!(part["range"].is_null());
+    assert!(has("part.png", green) && has("part.png", rust) && !has("part.png", orange));
+    // Others have the colours in their order.
+    assert_eq!(report(&["--property", "zone", "-o", "zone.png"])["labels"], 2);
+    assert!(has("zone.png", orange) && has("zone.png", blue));
+    assert_eq!(report(&["--paint", "components", "-o", "c.png"])["labels"], 2);
+    assert!(has("c.png", orange) && has("c.png", blue));
+    let scaled = report(&["--property", "part", "-o", "s.png", "--colormap", "viridis"]);
+    assert!(scaled["labels"].is_null() && !has("s.png", green));
+    assert_eq!(scaled["range"], serde_json::json!([2.0, 5.0]));
+    done(folder, &["view", "l.ply", "-o", "l.html"]);
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    browser.open_view(&folder.join("l.html"));
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+    assert_eq!(text(&mut browser, "#quantity"), "zone");
+    assert_eq!(text(&mut browser, "#swatches"), "-700001");
+    browser.set("color", "face:component");
+    assert_eq!(text(&mut browser, "#swatches"), "01");
+    done(folder, &["view", "l.ply", "-o", "m.html", "--colormap", "magma"]);
+    browser.open_view(&folder.join("m.html"));
+    assert!(browser.eval("document.getElementById('swatches').hidden") == true);
+}
+
+#[test]
+fn figures_are_vectors() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    bumps(folder, "a.ply", 20);
+    let arguments = [
+        "render",
+        "a.ply",
+        "-o",
+        "a.svg",
+        "--property",
+        "height",
+        "--edges",
+        "1",
+        "--direction=1,0.4,0.3",
+        "--json",
+    ];
+    let report: serde_json::Value = serde_json::from_str(&done(folder, &arguments)).unwrap();
+    let figure = std::fs::read_to_string(folder.join("a.svg")).unwrap();
+    let count = figure.matches("Z\" fill=").count();
+    assert_eq!(report["drawn_faces"], count);
+    // Some faces are hidden by others.
+    assert!((400..800).contains(&count), "{count}");
+    assert!(figure.len() < 6_000 + 110 * count, "{}", figure.len());
+    assert!(figure.contains(">height<") && !figure.contains("width=\"100%\""));
+    let several = ["render", "a.ply", "-o", "b.svg", "--direction", "front,left"];
+    let output = run(folder, &several);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("one view"));
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    std::fs::write(folder.join("empty.html"), "<!DOCTYPE html><title>a</title>").unwrap();
+    browser.open(&folder.join("empty.html"), "document.readyState === 'complete'");
+    let parsed = format!(
+        "(d => d.querySelector('parsererror') ? 'broken' : d.documentElement.localName + ' ' + d.querySelectorAll('#faces > *').length)(new DOMParser().parseFromString({}, 'image/svg+xml'))",
+        serde_json::json!(figure)
+    );
+    assert_eq!(browser.text(&parsed), format!("svg {count}"));
 }
 
 #[test]

@@ -67,7 +67,7 @@ impl ColorBar {
     }
 
     /// Round values in the range: the place of each, and its text.
-    fn marks(&self) -> Vec<(f64, String)> {
+    pub(crate) fn marks(&self) -> Vec<(f64, String)> {
         let Scale { low, high, log, .. } = self.scale;
         let ticks = if log { ticks::log(low, high) } else { ticks::linear(low, high, 6) };
         let ticks = if ticks.len() < 2 { vec![low, high] } else { ticks };

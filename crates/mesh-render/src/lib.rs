@@ -5,6 +5,8 @@ mod camera;
 pub mod colorbar;
 pub mod colormap;
 mod error;
+pub mod labels;
+pub mod legend;
 #[cfg(feature = "textures")]
 mod painting;
 mod picture;
@@ -15,6 +17,7 @@ mod scene;
 pub mod sheet;
 mod silhouette;
 mod stroke;
+pub mod svg;
 mod text;
 mod texture;
 pub mod ticks;
@@ -27,6 +30,10 @@ pub use colorbar::ColorBar;
 pub use colormap::{ColorMap, UnknownColorMap};
 #[doc(inline)]
 pub use error::RenderError;
+#[doc(inline)]
+pub use labels::{LABEL_COLORS, Labels};
+#[doc(inline)]
+pub use legend::{Legend, MOST_SWATCHES};
 #[cfg(feature = "textures")]
 #[doc(inline)]
 pub use painting::Painting;
@@ -40,5 +47,7 @@ pub use scale::{BadRange, MISSING, Range, Scale, ScaleOptions, rank};
 pub use scene::{Paint, Scene, Stroke, Style};
 #[doc(inline)]
 pub use sheet::{SheetOptions, sheet};
+#[doc(inline)]
+pub use svg::{Drawing, draw_svg};
 #[doc(inline)]
 pub use texture::{Skin, Texture};

@@ -1,11 +1,13 @@
 //! Colours for pictures: from values, from the content of a file, or from texture coordinates.
 
 use mesh_core::build::Provenance;
-use mesh_core::{FaceMap, VertexMap};
+use mesh_core::{FaceMap, TriMesh, VertexMap};
 use mesh_io::{Model, Pictures};
 
 use crate::error::RenderError;
-use crate::scale::{Scale, ScaleOptions};
+use crate::labels::Labels;
+use crate::legend::Legend;
+use crate::scale::ScaleOptions;
 use crate::scene::Paint;
 use crate::texture::Texture;
 
@@ -17,10 +19,10 @@ use crate::texture::Texture;
 pub enum Painting {
     /// No colours.
     Plain,
-    /// Colours of the vertices, and the scale of the values that they show.
-    Vertices(VertexMap<[u8; 3]>, Option<Scale>),
-    /// Colours of the faces, and the scale of the values that they show.
-    Faces(FaceMap<[u8; 3]>, Option<Scale>),
+    /// Colours of the vertices, and the legend of the values that they show.
+    Vertices(VertexMap<[u8; 3]>, Option<Legend>),
+    /// Colours of the faces, and the legend of the values that they show.
+    Faces(FaceMap<[u8; 3]>, Option<Legend>),
     /// Materials and textures.
     Texture(Texture),
 }
@@ -80,16 +82,41 @@ impl Painting {
         values: &[f64],
         options: ScaleOptions,
     ) -> Self {
-        let (colors, scale) = colors(values, &provenance.vertex_source, options);
-        Self::Vertices(VertexMap::from_vec(colors), Some(scale))
+        let (colors, legend) = colors(values, &provenance.vertex_source, options);
+        Self::Vertices(VertexMap::from_vec(colors), Some(legend))
     }
 
     /// Colours of values, one for each face of the model. The scale is signed if there are values on
     /// both sides of zero.
     #[must_use]
     pub fn of_face_values(provenance: &Provenance, values: &[f64], options: ScaleOptions) -> Self {
-        let (colors, scale) = colors(values, &provenance.face_source, options);
-        Self::Faces(FaceMap::from_vec(colors), Some(scale))
+        let (colors, legend) = colors(values, &provenance.face_source, options);
+        Self::Faces(FaceMap::from_vec(colors), Some(legend))
+    }
+
+    /// Colours of labels, one for each vertex of the model.
+    #[must_use]
+    pub fn of_vertex_labels(provenance: &Provenance, labels: &[f64]) -> Self {
+        let (colors, legend) = label_colors(labels, &provenance.vertex_source);
+        Self::Vertices(VertexMap::from_vec(colors), Some(legend))
+    }
+
+    /// Colours of labels, one for each face of the model.
+    #[must_use]
+    pub fn of_face_labels(provenance: &Provenance, labels: &[f64]) -> Self {
+        let (colors, legend) = label_colors(labels, &provenance.face_source);
+        Self::Faces(FaceMap::from_vec(colors), Some(legend))
+    }
+
+    /// A colour for each component of the mesh, numbered from 0.
+    #[must_use]
+    pub fn of_components(mesh: &TriMesh) -> Self {
+        let components = mesh.topology().components();
+        let number = |&component: &Option<u32>| component.map_or(f64::NAN, f64::from);
+        let numbers: Vec<f64> = components.of_vertex.as_slice().iter().map(number).collect();
+        let labels = Labels::of(numbers.iter().copied());
+        let colors = numbers.iter().map(|&x| labels.color(x)).collect();
+        Self::Vertices(VertexMap::from_vec(colors), Some(Legend::Labels(labels)))
     }
 
     /// A chessboard with `squares` squares along each side of the texture; `None` without texture
@@ -106,25 +133,32 @@ impl Painting {
     pub fn paint(&self) -> Paint<'_> {
         match self {
             Self::Plain => Paint::Clay,
+            Self::Vertices(colors, Some(Legend::Labels(_))) => Paint::Labels(colors),
             Self::Vertices(colors, _) => Paint::Vertices(colors),
             Self::Faces(colors, _) => Paint::Faces(colors),
             Self::Texture(texture) => Paint::Texture(texture),
         }
     }
 
-    /// The scale of the values, for a colour bar.
+    /// The legend of the values.
     #[must_use]
-    pub fn scale(&self) -> Option<Scale> {
+    pub fn legend(&self) -> Option<&Legend> {
         match self {
-            Self::Vertices(_, scale) | Self::Faces(_, scale) => *scale,
+            Self::Vertices(_, legend) | Self::Faces(_, legend) => legend.as_ref(),
             _ => None,
         }
     }
 }
 
-fn colors(values: &[f64], sources: &[u32], options: ScaleOptions) -> (Vec<[u8; 3]>, Scale) {
+fn colors(values: &[f64], sources: &[u32], options: ScaleOptions) -> (Vec<[u8; 3]>, Legend) {
     let values: Vec<f64> = sources.iter().map(|&source| values[source as usize]).collect();
     let signed = values.iter().any(|&x| x < 0.0) && values.iter().any(|&x| x > 0.0);
     let scale = ScaleOptions { signed, ..options }.fit(values.iter().copied());
-    (values.iter().map(|&x| scale.color(x)).collect(), scale)
+    (values.iter().map(|&x| scale.color(x)).collect(), Legend::Scale(scale))
+}
+
+fn label_colors(values: &[f64], sources: &[u32]) -> (Vec<[u8; 3]>, Legend) {
+    let values: Vec<f64> = sources.iter().map(|&source| values[source as usize]).collect();
+    let labels = Labels::of(values.iter().copied());
+    (values.iter().map(|&x| labels.color(x)).collect(), Legend::Labels(labels))
 }

@@ -7,7 +7,7 @@ use mesh_core::as_u32;
 
 use crate::texture::Texture;
 
-const EDGE: [f32; 3] = [0.12, 0.12, 0.14];
+pub(crate) const EDGE: [f32; 3] = [0.12, 0.12, 0.14];
 /// Rows of pixels in a band.
 const BAND: u32 = 16;
 
@@ -18,12 +18,21 @@ pub(crate) struct Triangle {
     pub(crate) at: [[f32; 3]; 3],
     /// The lit colour at its corners, or the factor of the texture.
     pub(crate) color: [[f32; 3]; 3],
-    /// The picture of the texture.
-    pub(crate) image: Option<u32>,
-    pub(crate) uvs: [[f32; 2]; 3],
+    pub(crate) cover: Cover,
     /// The height over the edge opposite to each corner, in samples; infinite for edges that are
     /// not drawn.
     pub(crate) heights: [f32; 3],
+}
+
+/// How the colours of the corners cover a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Cover {
+    /// Blended between the corners.
+    Blended,
+    /// Each place has the colour of its nearest corner, which is not lit yet; this is the light at the corners.
+    Nearest([f32; 3]),
+    /// Blended, times a picture of the texture at these places.
+    Picture(u32, [[f32; 2]; 3]),
 }
 
 /// Input of the rasteriser besides triangles.
@@ -45,6 +54,18 @@ pub(crate) fn rasterize(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<[u8;
     let bins = Bins::new(canvas, triangles, bands as usize);
     let draw = |band: usize| canvas.draw_band(as_u32(band), bins.of(band), triangles);
     mesh_core::parallel::collect_each(bands as usize, draw).concat()
+}
+
+/// Whether each triangle is seen in any sample.
+pub(crate) fn visible(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<bool> {
+    let bands = canvas.size[1].div_ceil(BAND);
+    let bins = Bins::new(canvas, triangles, bands as usize);
+    let seen = |band: usize| canvas.seen_in_band(as_u32(band), bins.of(band), triangles);
+    let mut visible = vec![false; triangles.len()];
+    for index in mesh_core::parallel::collect_each(bands as usize, seen).concat() {
+        visible[index as usize] = true;
+    }
+    visible
 }
 
 /// The triangles that touch each band.
@@ -90,88 +111,71 @@ fn extent(values: [f32; 3]) -> [f32; 2] {
 }
 
 /// The samples of a band.
-struct Samples {
+struct Samples<T> {
     /// The first row, and one past the last.
     rows: [u32; 2],
     width: u32,
     /// Depth, infinite where nothing was drawn.
     depth: Vec<f32>,
-    color: Vec<[f32; 3]>,
+    /// What is seen: a colour, or the index of a triangle.
+    seen: Vec<T>,
 }
 
 impl Canvas<'_> {
-    fn draw_band(&self, band: u32, members: &[u32], triangles: &[Triangle]) -> Vec<[u8; 4]> {
+    fn samples<T: Clone>(&self, band: u32, nothing: T) -> Samples<T> {
         let rows = [band * BAND, ((band + 1) * BAND).min(self.size[1])];
         let width = self.size[0] * self.supersampling;
         let rows = rows.map(|row| row * self.supersampling);
         let count = width as usize * (rows[1] - rows[0]) as usize;
-        let depth = vec![f32::INFINITY; count];
-        let mut samples = Samples { rows, width, depth, color: vec![[0.0; 3]; count] };
+        Samples { rows, width, depth: vec![f32::INFINITY; count], seen: vec![nothing; count] }
+    }
+
+    fn draw_band(&self, band: u32, members: &[u32], triangles: &[Triangle]) -> Vec<[u8; 4]> {
+        let mut samples = self.samples(band, [0.0; 3]);
         for &member in members {
-            self.draw_triangle(&triangles[member as usize], &mut samples);
+            let triangle = &triangles[member as usize];
+            draw_triangle(triangle, &mut samples, |weights| self.shade(triangle, weights));
         }
         self.average_down(&samples)
     }
 
-    /// Draws every sample whose middle is in the triangle, including its edges, so that neighbours leave no gap.
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a cast of a float beyond the range gives its end"
-    )]
-    fn draw_triangle(&self, triangle: &Triangle, samples: &mut Samples) {
-        let at = triangle.at.map(|p| p.map(f64::from));
-        let double_area = cross(at[0], at[1], at[2]);
-        // Seen edge-on, or NaN.
-        if double_area.is_nan() || double_area.abs() <= 1e-9 {
-            return;
+    /// The triangles that are seen in a band, each once.
+    fn seen_in_band(&self, band: u32, members: &[u32], triangles: &[Triangle]) -> Vec<u32> {
+        let mut samples = self.samples(band, u32::MAX);
+        for &member in members {
+            let triangle = &triangles[member as usize];
+            let index = |weights| self.shade(triangle, weights).map(|_| member);
+            draw_triangle(triangle, &mut samples, index);
         }
-        let [left, right] = extent(triangle.at.map(|p| p[0]));
-        let [top, bottom] = extent(triangle.at.map(|p| p[1]));
-        let columns = (left - 0.5).ceil().max(0.0) as u32
-            ..((right - 0.5).floor() + 1.0).clamp(0.0, samples.width as f32) as u32;
-        let first = ((top - 0.5).ceil().max(0.0) as u32).max(samples.rows[0]);
-        let last = ((bottom - 0.5).floor() + 1.0).max(0.0) as u32;
-        for row in first..last.min(samples.rows[1]) {
-            let start = (row - samples.rows[0]) as usize * samples.width as usize;
-            for column in columns.clone() {
-                let p = [f64::from(column) + 0.5, f64::from(row) + 0.5, 0.0];
-                let weight = |i: usize| cross(p, at[(i + 1) % 3], at[(i + 2) % 3]) / double_area;
-                let weights = [weight(0), weight(1), weight(2)];
-                if weights.iter().any(|&w| w < 0.0) {
-                    continue;
-                }
-                let weights = weights.map(|w| w as f32);
-                let depth = mix(triangle.at.map(|p| [p[2]]), weights)[0];
-                let index = start + column as usize;
-                if depth < samples.depth[index]
-                    && let Some(color) = self.shade(triangle, weights)
-                {
-                    samples.depth[index] = depth;
-                    samples.color[index] = color;
-                }
-            }
-        }
+        let mut seen = samples.seen;
+        seen.retain(|&index| index != u32::MAX);
+        seen.sort_unstable();
+        seen.dedup();
+        seen
     }
 
     /// The colour at a place of a triangle; `None` if the texture is cut out there.
-    fn shade(&self, triangle: &Triangle, weights: [f32; 3]) -> Option<[f32; 3]> {
+    pub(crate) fn shade(&self, triangle: &Triangle, weights: [f32; 3]) -> Option<[f32; 3]> {
         let to_edges = [0, 1, 2].map(|i| weights[i] * triangle.heights[i]);
         let nearest = to_edges.into_iter().fold(f32::INFINITY, f32::min);
         if nearest < self.line {
             return Some(EDGE);
         }
         let color = mix(triangle.color, weights);
-        match (triangle.image, self.texture) {
-            (Some(image), Some(texture)) => {
-                let texel = texture.sample(image, mix(triangle.uvs, weights))?;
+        match (triangle.cover, self.texture) {
+            (Cover::Picture(image, uvs), Some(texture)) => {
+                let texel = texture.sample(image, mix(uvs, weights))?;
                 Some([0, 1, 2].map(|i| color[i] * texel[i]))
+            }
+            (Cover::Nearest(light), _) => {
+                let [light] = mix(light.map(|l| [l]), weights);
+                Some(triangle.color[nearest_corner(weights)].map(|c| c * light))
             }
             _ => Some(color),
         }
     }
 
-    fn average_down(&self, samples: &Samples) -> Vec<[u8; 4]> {
+    fn average_down(&self, samples: &Samples<[f32; 3]>) -> Vec<[u8; 4]> {
         let n = self.supersampling as usize;
         let stride = samples.width as usize;
         let rows = (samples.rows[1] - samples.rows[0]) as usize / n;
@@ -185,7 +189,7 @@ impl Canvas<'_> {
                     for sample in start..start + n {
                         if samples.depth[sample] < f32::INFINITY {
                             covered += 1.0;
-                            let color = samples.color[sample];
+                            let color = samples.seen[sample];
                             for (sum, value) in total.iter_mut().zip(color) {
                                 *sum += value.clamp(0.0, 1.0);
                             }
@@ -212,9 +216,66 @@ impl Canvas<'_> {
     }
 }
 
+/// Draws every sample whose middle is in the triangle, including its edges, so that neighbours leave no gap. `seen` gives
+/// what is seen at a place, from the weights of the corners; `None` where the triangle has a hole.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a cast of a float beyond the range gives its end"
+)]
+fn draw_triangle<T>(
+    triangle: &Triangle,
+    samples: &mut Samples<T>,
+    seen: impl Fn([f32; 3]) -> Option<T>,
+) {
+    let at = triangle.at.map(|p| p.map(f64::from));
+    let double_area = cross(at[0], at[1], at[2]);
+    // Seen edge-on, or NaN.
+    if double_area.is_nan() || double_area.abs() <= 1e-9 {
+        return;
+    }
+    let [left, right] = extent(triangle.at.map(|p| p[0]));
+    let [top, bottom] = extent(triangle.at.map(|p| p[1]));
+    let columns = (left - 0.5).ceil().max(0.0) as u32
+        ..((right - 0.5).floor() + 1.0).clamp(0.0, samples.width as f32) as u32;
+    let first = ((top - 0.5).ceil().max(0.0) as u32).max(samples.rows[0]);
+    let last = ((bottom - 0.5).floor() + 1.0).max(0.0) as u32;
+    for row in first..last.min(samples.rows[1]) {
+        let start = (row - samples.rows[0]) as usize * samples.width as usize;
+        for column in columns.clone() {
+            let p = [f64::from(column) + 0.5, f64::from(row) + 0.5, 0.0];
+            let weight = |i: usize| cross(p, at[(i + 1) % 3], at[(i + 2) % 3]) / double_area;
+            let weights = [weight(0), weight(1), weight(2)];
+            if weights.iter().any(|&w| w < 0.0) {
+                continue;
+            }
+            let weights = weights.map(|w| w as f32);
+            let depth = mix(triangle.at.map(|p| [p[2]]), weights)[0];
+            let index = start + column as usize;
+            if depth < samples.depth[index]
+                && let Some(value) = seen(weights)
+            {
+                samples.depth[index] = depth;
+                samples.seen[index] = value;
+            }
+        }
+    }
+}
+
 /// Twice the signed area of a triangle on the screen.
 fn cross([ax, ay, _]: [f64; 3], [bx, by, _]: [f64; 3], [cx, cy, _]: [f64; 3]) -> f64 {
     (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+}
+
+/// The corner with the largest weight, the first of equal ones.
+fn nearest_corner([a, b, c]: [f32; 3]) -> usize {
+    if a >= b && a >= c {
+        0
+    } else if b >= c {
+        1
+    } else {
+        2
+    }
 }
 
 fn mix<const N: usize>(values: [[f32; N]; 3], [a, b, c]: [f32; 3]) -> [f32; N] {
@@ -232,8 +293,7 @@ mod tests {
         Triangle {
             at: at.map(|[x, y]| [x, y, depth]),
             color: [color; 3],
-            image: None,
-            uvs: [[0.0; 2]; 3],
+            cover: Cover::Blended,
             heights: [f32::INFINITY; 3],
         }
     }

@@ -5,8 +5,8 @@ use mesh_core::VertexMap;
 use crate::camera::{Camera, View};
 use crate::error::RenderError;
 use crate::picture::Picture;
-use crate::raster::{Canvas, Triangle, rasterize};
-use crate::scene::{Paint, Scene, Style};
+use crate::raster::{Canvas, Cover, Triangle, rasterize};
+use crate::scene::{Paint, Scene, Stroke, Style};
 use crate::{silhouette, stroke};
 
 /// The colour of triangles without a colour.
@@ -20,35 +20,57 @@ const OUTLINE: [u8; 3] = [24, 24, 28];
 pub fn render(scene: &Scene<'_>, view: &View, style: &Style) -> Result<Picture, RenderError> {
     scene.check()?;
     style.check()?;
-    let samples = f64::from(style.supersampling);
-    let camera = Camera::new(view, style.size.map(|n| n * style.supersampling), style.margin);
+    let camera = camera(view, style);
     let normals = style.smooth.then(|| scene.mesh.vertex_normals());
     let mut triangles = shaded(scene, &camera, normals.as_ref(), style.edge_width > 0.0);
-    for line in scene.strokes {
-        stroke::draw(&line.points, line.color, line.width * samples, &camera, &mut triangles);
+    for line in lines(scene, style, &camera, normals.as_ref()) {
+        stroke::draw(&line, style.supersampling, &camera, &mut triangles);
     }
-    if style.silhouette_width > 0.0 {
-        let width = style.silhouette_width * samples;
-        for piece in silhouette::outline(scene.mesh, camera.toward, normals.as_ref(), style.crease)
-        {
-            stroke::draw(&piece, OUTLINE, width, &camera, &mut triangles);
-        }
-    }
-    let canvas = Canvas {
+    let canvas = canvas(scene, style);
+    Ok(Picture::from_pixels(style.size, rasterize(&canvas, &triangles)))
+}
+
+/// The camera of a picture in this style.
+pub(crate) fn camera(view: &View, style: &Style) -> Camera {
+    Camera::new(view, style.size.map(|n| n * style.supersampling), style.margin)
+}
+
+/// The canvas of a picture in this style.
+pub(crate) fn canvas<'s>(scene: &Scene<'s>, style: &Style) -> Canvas<'s> {
+    Canvas {
         size: style.size,
         supersampling: style.supersampling,
-        line: (0.5 * style.edge_width * samples) as f32,
+        line: (0.5 * style.edge_width * f64::from(style.supersampling)) as f32,
         texture: match scene.paint {
             Paint::Texture(texture) => Some(texture),
             _ => None,
         },
         background: style.background,
-    };
-    Ok(Picture::from_pixels(style.size, rasterize(&canvas, &triangles)))
+    }
+}
+
+/// The lines of the caller and the outlines.
+pub(crate) fn lines(
+    scene: &Scene<'_>,
+    style: &Style,
+    camera: &Camera,
+    normals: Option<&VertexMap<glam::DVec3>>,
+) -> Vec<Stroke> {
+    let mut lines = scene.strokes.to_vec();
+    if style.silhouette_width > 0.0 {
+        let outline = silhouette::outline(scene.mesh, camera.toward, normals, style.crease);
+        let line = |piece: [glam::DVec3; 2]| Stroke {
+            points: piece.to_vec(),
+            color: OUTLINE,
+            width: style.silhouette_width,
+        };
+        lines.extend(outline.into_iter().map(line));
+    }
+    lines
 }
 
 /// The lit faces of the mesh.
-fn shaded(
+pub(crate) fn shaded(
     scene: &Scene<'_>,
     camera: &Camera,
     normals: Option<&VertexMap<glam::DVec3>>,
@@ -62,26 +84,31 @@ fn shaded(
         let corners = topology.face_vertices(face);
         let projected = corners.map(|v| camera.project(mesh.position(v)));
         let face_normal = mesh.face_normal(face);
-        let (mut image, mut uvs) = (None, [[0.0; 2]; 3]);
+        let light =
+            corners.map(|v| camera.brightness(normals.map_or(face_normal, |normals| normals[v])));
+        let mut cover = Cover::Blended;
         let base = match paint {
             Paint::Clay => [CLAY; 3],
             Paint::Vertices(colors) => corners.map(|v| unit(colors[v])),
+            Paint::Labels(colors) => {
+                cover = Cover::Nearest(light);
+                corners.map(|v| unit(colors[v]))
+            }
             Paint::Faces(colors) => [unit(colors[face]); 3],
             Paint::Texture(texture) => {
                 let skin = texture.skin(face.index());
-                (image, uvs) = (skin.image, skin.uvs);
+                cover = skin.image.map_or(cover, |image| Cover::Picture(image, skin.uvs));
                 [skin.color; 3]
             }
         };
-        let color = core::array::from_fn(|i| {
-            let normal = normals.map_or(face_normal, |normals| normals[corners[i]]);
-            let light = camera.brightness(normal);
-            base[i].map(|c| c * light)
-        });
+        let color = match cover {
+            Cover::Nearest(_) => base,
+            _ => core::array::from_fn(|i| base[i].map(|c| c * light[i])),
+        };
         let is_edged = edges && edged.is_none_or(|edged| edged[face]);
         let heights = if is_edged { heights(projected) } else { [f32::INFINITY; 3] };
         let at = projected.map(|p| p.map(|x| x as f32));
-        triangles.push(Triangle { at, color, image, uvs, heights });
+        triangles.push(Triangle { at, color, cover, heights });
     }
     triangles
 }

@@ -35,7 +35,7 @@ impl<'a> Scene<'a> {
             false => Ok(()),
         };
         match self.paint {
-            Paint::Vertices(colors) => {
+            Paint::Vertices(colors) | Paint::Labels(colors) => {
                 check("the map of colours", colors.len(), "vertices", vertices)?;
             }
             Paint::Faces(colors) => check("the map of colours", colors.len(), "faces", faces)?,
@@ -56,6 +56,9 @@ pub enum Paint<'a> {
     Clay,
     /// A colour per vertex, blended between them.
     Vertices(&'a VertexMap<[u8; 3]>),
+    /// A colour per vertex for labels: every place has the colour of its nearest vertex, so that there are no colours
+    /// in between.
+    Labels(&'a VertexMap<[u8; 3]>),
     /// A colour per face.
     Faces(&'a FaceMap<[u8; 3]>),
     /// Materials with their pictures.

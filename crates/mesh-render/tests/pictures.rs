@@ -5,7 +5,10 @@ use core::f64::consts::PI;
 
 use glam::DVec3;
 use mesh_core::{FaceMap, TriMesh, VertexMap};
-use mesh_render::{Paint, Picture, RenderError, Scene, Side, Stroke, Style, Texture, View, render};
+use mesh_render::{
+    Drawing, LABEL_COLORS, Labels, Legend, Paint, Picture, RenderError, ScaleOptions, Scene, Side,
+    Stroke, Style, Texture, View, draw_svg, render,
+};
 use mesh_shapes::{Sphere, Torus, inset_cube};
 
 fn mesh(soup: &mesh_core::PolygonSoup) -> TriMesh {
@@ -194,4 +197,157 @@ fn ugly_meshes_are_drawn() {
             assert!(render(&Scene::of(&mesh), &view, &style).is_ok());
         }
     }
+}
+
+/// A quarter of a triangle's corner, seen from the front, belongs to the label of that corner.
+#[test]
+fn labels_are_never_blended() {
+    let positions = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let triangle = TriMesh::from_triangles(&positions, &[[0, 1, 2]]).unwrap();
+    let colors = VertexMap::from_vec(vec![LABEL_COLORS[0], LABEL_COLORS[1], LABEL_COLORS[2]]);
+    let scene = Scene { paint: Paint::Labels(&colors), ..Scene::of(&triangle) };
+    let view = View::of_side(&triangle, Side::Front).unwrap();
+    for smooth in [false, true] {
+        let style = Style { size: [300, 300], supersampling: 1, smooth, ..CLEAR };
+        let picture = render(&scene, &view, &style).unwrap();
+        let mut counts = std::collections::BTreeMap::new();
+        for pixel in picture.pixels().iter().filter(|p| p[3] > 0) {
+            *counts.entry(*pixel).or_insert(0_u32) += 1;
+        }
+        // A third of 45,150 pixels each.
+        assert_eq!(counts.len(), 3, "{counts:?}");
+        assert!(counts.values().all(|n| n.abs_diff(15_050) < 320), "{counts:?}");
+    }
+}
+
+/// The attributes `d` and `fill` of the faces in a drawing.
+fn faces_of(drawing: &Drawing) -> Vec<(Vec<[f64; 2]>, String)> {
+    let (_, faces) = drawing.svg.split_once("<g id=\"faces\"").unwrap();
+    let (faces, _) = faces.split_once("<g id=\"lines\"").unwrap();
+    let read = |line: &str| {
+        let (_, rest) = line.split_once("<path d=\"M")?;
+        let (path, rest) = rest.split_once("Z\" fill=\"")?;
+        let number = |x: &str| x.parse::<f64>().unwrap();
+        let point = |p: &str| p.split_once(' ').map(|(x, y)| [number(x), number(y)]).unwrap();
+        Some((path.split('L').map(point).collect(), rest[..7].to_owned()))
+    };
+    faces.lines().filter_map(read).collect()
+}
+
+/// Every tag is closed in its order, and every attribute quoted.
+fn check_xml(text: &str) {
+    let mut open = Vec::new();
+    for part in text.split('<').skip(1) {
+        let (tag, content) = part.split_once('>').expect("every tag ends");
+        assert!(!content.contains(['"', '\u{202e}', '\0']) || !tag.ends_with('/'), "{content}");
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        match tag.strip_prefix('/') {
+            Some(name) => assert_eq!(open.pop().as_deref(), Some(name)),
+            None if tag.ends_with('/') => {}
+            None => open.push(tag.split(' ').next().unwrap().to_owned()),
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+}
+
+/// A cube within a sphere: no face of the cube is seen. What is seen of the sphere is counted from a picture in which
+/// every face has a colour of its own.
+#[test]
+fn drawings_hold_the_faces_that_are_seen() {
+    let ball = mesh(&Sphere { radius: 3.0 }.icosphere(3).unwrap());
+    let positions = [ball.positions(), cube().positions()].concat();
+    let first = ball.positions().len() as u32;
+    let inner: Vec<[u32; 3]> = cube().topology().triangles().collect();
+    let inner = inner.into_iter().map(|corners| corners.map(|v| v + first));
+    let triangles: Vec<[u32; 3]> = ball.topology().triangles().chain(inner).collect();
+    let mesh = TriMesh::from_triangles(&positions, &triangles).unwrap();
+    let count = mesh.topology().face_count();
+    let own = |i: usize| [1 + (i % 250) as u8, 1 + (i / 250) as u8, 200];
+    let colors = FaceMap::from_vec((0..count).map(own).collect());
+    let scene = Scene { paint: Paint::Faces(&colors), ..Scene::of(&mesh) };
+    for (direction, smooth) in [(DVec3::new(0.3, 0.5, 1.0), false), (DVec3::Z, true)] {
+        let view = View::of(&mesh, direction, DVec3::Y).unwrap();
+        let style = Style { size: [500, 400], smooth, ..CLEAR };
+        let drawing = draw_svg(&scene, &view, &style, None).unwrap();
+        check_xml(&drawing.svg);
+        let faces = faces_of(&drawing);
+        assert_eq!(faces.len(), drawing.faces);
+        assert!(drawing.svg.len() < 600 + 110 * faces.len(), "{}", drawing.svg.len());
+        assert!(!drawing.svg.contains("<rect"), "the background is transparent");
+        // About half of a sphere is seen.
+        assert!((600..700).contains(&faces.len()), "{}", faces.len());
+        // The middle of every face has its colour in the picture, except where it is as small as a pixel.
+        let picture = render(&scene, &view, &style).unwrap();
+        let mut same = 0;
+        for (points, fill) in &faces {
+            let middle = [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / 3.0);
+            let [r, g, b, _] = picture.pixel(middle[0] as u32, middle[1] as u32).unwrap();
+            let channel = |i: usize| u8::from_str_radix(&fill[i..i + 2], 16).unwrap();
+            let fill = [channel(1), channel(3), channel(5)];
+            same += u32::from([r, g, b].iter().zip(fill).all(|(a, b)| a.abs_diff(b) < 4));
+        }
+        assert!(f64::from(same) > 0.85 * faces.len() as f64, "{same} of {}", faces.len());
+    }
+}
+
+/// Only the nearer of two squares is drawn over the other, and lines behind it are left out.
+#[test]
+fn drawings_are_ordered_by_depth() {
+    let square = |z: f64, half: f64| {
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+            .map(|[x, y]: [f64; 2]| DVec3::new(half * x, half * y, z))
+    };
+    let positions = [square(1.0, 0.5), square(0.0, 1.0), square(0.5, 0.4)].concat();
+    let faces: Vec<[u32; 3]> =
+        (0..3).flat_map(|i| [[0, 1, 2], [0, 2, 3]].map(|f| f.map(|v| v + 4 * i))).collect();
+    let mesh = TriMesh::from_triangles(&positions, &faces).unwrap();
+    let colors = FaceMap::from_vec((0..6).map(|f| LABEL_COLORS[f / 2]).collect());
+    let line = |z: f64| Stroke {
+        points: vec![DVec3::new(-0.2, 0.0, z), DVec3::new(0.2, 0.0, z)],
+        color: [1, 2, 3],
+        width: 2.0,
+    };
+    let strokes = [line(0.8), line(1.5)];
+    let scene = Scene { paint: Paint::Faces(&colors), strokes: &strokes, ..Scene::of(&mesh) };
+    let view = View::of_side(&mesh, Side::Front).unwrap();
+    let style = Style { edge_width: 1.0, background: Some([255, 0, 1]), ..CLEAR };
+    let drawing = draw_svg(&scene, &view, &style, None).unwrap();
+    check_xml(&drawing.svg);
+    assert_eq!((drawing.faces, drawing.lines), (4, 1), "the small square and a line are hidden");
+    let widths: Vec<f64> = faces_of(&drawing)
+        .iter()
+        .map(|(points, _)| points.iter().map(|p| (p[0] - 200.0).abs()).fold(0.0, f64::max))
+        .collect();
+    assert_eq!(widths, [150.0, 150.0, 75.0, 75.0], "the far square is written first");
+    assert!(drawing.svg.contains("fill=\"#ff0001\"") && drawing.svg.contains("#010203"));
+    assert!(drawing.svg.contains("stroke=\"#1f1f24\""), "edges");
+}
+
+#[test]
+fn drawings_have_legends() {
+    let mesh = cube();
+    let view = View::of_side(&mesh, Side::Corner).unwrap();
+    let name = "a <b> & \u{202e}c\0 of everything";
+    let scale = ScaleOptions::default().fit([0.0, 50.0]);
+    for legend in [Legend::Scale(scale), Legend::Labels(Labels::of((0..30).map(f64::from)))] {
+        let drawing = draw_svg(&Scene::of(&mesh), &view, &CLEAR, Some((&legend, name))).unwrap();
+        check_xml(&drawing.svg);
+        assert!(drawing.size[0] > 400 && drawing.size[1] == 300, "{:?}", drawing.size);
+        assert!(drawing.svg.contains(">a &lt;b&gt; &amp; ?c? of everything<"), "the full name");
+        match legend {
+            Legend::Labels(_) => {
+                assert!(drawing.svg.contains("#e69f00") && drawing.svg.contains("colours repeat"));
+            }
+            _ => assert!(drawing.svg.contains(">20<") && drawing.svg.contains("#440154")),
+        }
+    }
+    let mixed = VertexMap::from_vec(
+        (0..mesh.topology().vertex_count()).map(|v| LABEL_COLORS[v % 3]).collect(),
+    );
+    let scene = Scene { paint: Paint::Labels(&mixed), ..Scene::of(&mesh) };
+    let drawing = draw_svg(&scene, &view, &CLEAR, None).unwrap();
+    check_xml(&drawing.svg);
+    let divided = drawing.svg.lines().filter(|&line| line == "<g>").count();
+    let (parts, whole) = (faces_of(&drawing).len(), drawing.faces - divided);
+    assert!(divided > 0 && parts == whole + 3 * divided, "{divided} {whole} {parts}");
 }

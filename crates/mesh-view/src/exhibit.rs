@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::build::Triangulator;
 use mesh_core::{PolygonSoup, TriMesh, VertexMap, as_u32};
-use mesh_io::{Alpha, Model, Picture, PictureError, Pictures};
+use mesh_io::{Alpha, Model, Picture, PictureError, Pictures, Scalars};
 
 use crate::error::ViewError;
 use crate::text::grouped;
@@ -60,6 +60,8 @@ pub struct Field {
     pub signed: bool,
     /// The initial range of the colours; `None` for the 2nd and 98th percentile.
     pub range: Option<[f64; 2]>,
+    /// Whether the values are labels: each different value has a colour of its own, and nothing is blended.
+    pub is_label: bool,
 }
 
 impl Field {
@@ -68,7 +70,17 @@ impl Field {
     pub fn new(name: impl Into<String>, on: On, values: Vec<f64>) -> Self {
         let has = |test: fn(f64) -> bool| values.iter().any(|&x| x.is_finite() && test(x));
         let signed = has(|x| x < 0.0) && has(|x| x > 0.0);
-        Self { name: name.into(), on, values, signed, range: None }
+        Self { name: name.into(), on, values, signed, range: None, is_label: false }
+    }
+
+    /// A field of labels, which are whole numbers. If a value has a fraction or is beyond 2^31, it is a field of
+    /// amounts, because a page cannot tell such numbers apart.
+    #[must_use]
+    pub fn labels(name: impl Into<String>, on: On, values: Vec<f64>) -> Self {
+        const LARGEST: f64 = 2_147_483_648.0;
+        let is_whole = |x: &f64| !x.is_finite() || (x.fract() == 0.0 && x.abs() <= LARGEST);
+        let is_label = values.iter().all(is_whole);
+        Self { is_label, ..Self::new(name, on, values) }
     }
 
     /// The key of the field in [`crate::Start::color`].
@@ -218,15 +230,15 @@ impl Exhibit {
         let parts = cut(&model.soup);
         let of_faces = |values: &[f64]| parts.face.iter().map(|&f| values[f as usize]).collect();
         let mut fields: Vec<Field> = Vec::new();
+        let field = |scalars: &Scalars, on, values| match scalars.is_label {
+            true => Field::labels(&scalars.name, on, values),
+            false => Field::new(&scalars.name, on, values),
+        };
         for scalars in &model.vertex_scalars {
-            fields.push(Field::new(
-                &scalars.name,
-                On::Vertices,
-                scalars.values.to_f64().into_owned(),
-            ));
+            fields.push(field(scalars, On::Vertices, scalars.values.to_f64().into_owned()));
         }
         for scalars in &model.face_scalars {
-            fields.push(Field::new(&scalars.name, On::Faces, of_faces(&scalars.values.to_f64())));
+            fields.push(field(scalars, On::Faces, of_faces(&scalars.values.to_f64())));
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
         let eight_bits = |c: &[f32; 4]| c.map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);

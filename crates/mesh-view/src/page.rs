@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 use mesh_core::{BoundingBox, as_u32};
 use mesh_io::Alpha;
-use mesh_render::ColorMap;
+use mesh_render::{ColorMap, LABEL_COLORS};
 use serde_json::{Value, json};
 
 use crate::encode::{Blobs, octahedral, remainders};
@@ -229,13 +229,15 @@ impl Page {
             return Err(ViewError::NoMeshes);
         }
         let mut blobs = Blobs::default();
-        let maps: Vec<Value> = ColorMap::ALL
+        let mut maps: Vec<Value> = ColorMap::ALL
             .iter()
             .map(|map| {
                 let blob = blobs.bytes(map.table(COLORS).as_flattened());
                 json!({ "name": map.name(), "diverging": map.is_diverging(), "blob": blob })
             })
             .collect();
+        let blob = blobs.bytes(LABEL_COLORS.as_flattened());
+        maps.push(json!({ "name": "labels", "diverging": false, "blob": blob }));
         let mut meshes: Vec<Value> = Vec::new();
         for exhibit in &self.exhibits {
             if stops() {
@@ -432,6 +434,7 @@ impl<'a> Shown<'a> {
         };
         json!({
             "name": name, "on": on, "signed": field.signed, "range": field.range,
+            "label": field.is_label,
             "blob": blobs.floats(values.iter().map(|&x| x as f32)),
             "fine": remainders(&values).map(|rest| blobs.bytes(&rest)),
         })

@@ -555,7 +555,7 @@ fn a_link_restores_the_view() {
         browser.wait_for("Boolean(window.curvmesh && (curvmesh.ready || curvmesh.error))");
         assert_eq!(browser.eval("curvmesh.error"), Value::Null);
         browser.eval(
-            "canvas.style.outline = 'none'; document.getElementById('hints').open = false; 1",
+            "canvas.style.outline = 'none'; document.getElementById('hints').open = false; canvas.focus(); 1",
         );
         browser.settle();
     };
@@ -570,7 +570,31 @@ fn a_link_restores_the_view() {
     browser.eval("location.hash = ''; 1");
     browser.wait_for("curvmesh.state.layout === 'side' && curvmesh.state.map === 'auto'");
 
-    let damaged = "turn=0,0,0,0&target=1,2&half=-3&up=w&color=no&layout=<b>&level=9&lines=7&sharp=NaN&ends=1&wipe=1e999&map=%00";
+    // Without a camera in the link, the mesh is framed, whatever else the link sets.
+    open(
+        &mut browser,
+        &format!(
+            "file://{}#up=x&perspective=0&color=face:area",
+            path.canonicalize().unwrap().display()
+        ),
+    );
+    let before = browser.text("JSON.stringify([curvmesh.state.turn, curvmesh.state.half])");
+    browser.press("0");
+    assert_eq!(browser.text("JSON.stringify([curvmesh.state.turn, curvmesh.state.half])"), before);
+    browser.settle();
+    assert!(!browser.text("location.hash").contains("turn"));
+    // It follows the window until it is moved.
+    let half = browser.number("curvmesh.state.half");
+    browser.resize([700, 900]);
+    browser.wait_for(&format!("curvmesh.state.half !== {half}"));
+    browser.press("+");
+    let half = browser.number("curvmesh.state.half");
+    browser.resize(LARGE);
+    browser.settle();
+    assert_eq!(browser.number("curvmesh.state.half"), half);
+    browser.wait_for("location.hash.includes('turn') && location.hash.includes('half')");
+
+    let damaged = "measured=0,1,2;9,1,2,3;0,0,a,0&turn=0,0,0,0&target=1,2&half=-3&up=w&color=no&layout=<b>&level=9&lines=7&sharp=NaN&ends=1&wipe=1e999&map=%00";
     open(&mut browser, &format!("file://{}#{damaged}", path.canonicalize().unwrap().display()));
     assert_eq!(browser.text("curvmesh.state.layout"), "side");
     assert!(browser.canvas().inked() > 0.1);
@@ -628,6 +652,22 @@ fn distances_are_measured_and_planes_cut() {
     assert!((length - 5.0_f64.sqrt()).abs() < 0.02, "{length}");
     let said = browser.text("document.getElementById('live').textContent");
     assert!(said.starts_with("Distance 2.2"), "{said}");
+    // The link holds both points, and the cutting plane.
+    browser.set("cut", "view");
+    browser.set("cut-at", "0.25");
+    browser.wait_for("location.hash.includes('measured') && location.hash.includes('cutAt=0.25')");
+    let measured = "JSON.stringify([document.getElementById('length-of').textContent, curvmesh.state.cut, curvmesh.state.cutAt, curvmesh.state.measuring])";
+    let (link, wanted) = (browser.text("location.hash"), browser.text(measured));
+    let address = format!("file://{}{link}", path.canonicalize().unwrap().display());
+    for address in ["about:blank", &address] {
+        browser.call("Page.navigate", serde_json::json!({ "url": address }));
+    }
+    browser.wait_for("Boolean(window.curvmesh && curvmesh.ready)");
+    browser.settle();
+    assert_eq!(browser.text(measured), wanted);
+    browser.eval("document.getElementById('canvas').focus(); 1");
+    browser.set("cut", "none");
+    browser.set("cut-at", "0");
     browser.press("m");
     assert!(browser.eval("document.getElementById('length-of').hidden") == true);
 
@@ -707,14 +747,79 @@ fn the_legend_stands_beside_the_mesh() {
 }
 
 /// Pointing at the surface moves nothing in the panel; hints fold when the mesh is turned.
+/// Every label has a colour of its own, in the picture, in the legend and in the saved settings.
+#[test]
+fn labels_have_colours_of_their_own() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mesh = torus();
+    let mut shown = Exhibit::of_mesh("torus", &mesh);
+    let label = |p: &DVec3| if p.x < 0.0 { 7.0 } else { 2_147_483_647.0 };
+    let zones = mesh.positions().iter().map(label).collect();
+    shown.fields.push(Field::labels("zone", On::Vertices, zones));
+    let many = (0..mesh.topology().face_count()).map(|f| (f / 40) as f64 - 3.0).collect();
+    shown.fields.push(Field::labels("many", On::Faces, many));
+    for value in [1e15, 0.5] {
+        assert!(!Field::labels("id", On::Vertices, vec![value]).is_label, "{value}");
+    }
+    let (_folder, path) = file(&Page::new("Labels", vec![shown]));
+    browser.open_view(&path);
+    browser.eval("canvas.style.outline = 'none'; document.getElementById('hints').open = false; 1");
+    browser.set("edges", "");
+    browser.set("backs", "");
+    let text = |browser: &mut Browser, id: &str| {
+        browser.text(&format!("document.getElementById('{id}').textContent"))
+    };
+    let is_hidden = |browser: &mut Browser, id: &str| {
+        browser.eval(&format!("document.getElementById('{id}').checkVisibility()")) == false
+    };
+    assert_eq!(text(&mut browser, "swatches"), "72147483647");
+    assert!(is_hidden(&mut browser, "scale") && is_hidden(&mut browser, "range"));
+    // Only two hues: orange and sky blue, both lit.
+    let hue = "(() => { const gl = canvas.getContext('webgl2'); curvmesh.time(); const n = canvas.width * canvas.height, p = new Uint8Array(4 * n); \
+               gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, p); const found = [0, 0, 0]; \
+               for (let i = 0; i < 4 * n; i += 4) { const [r, g, b] = p.subarray(i, i + 3); if (r > 250 && g > 250 && b > 250) continue; \
+               found[Math.abs(g / r - 159 / 230) < 0.06 && b < 12 ? 0 : Math.abs(r / b - 86 / 233) < 0.06 && Math.abs(g / b - 180 / 233) < 0.06 ? 1 : 2]++; } return found; })()";
+    let found: Vec<f64> = serde_json::from_value(browser.eval(hue)).unwrap();
+    assert!(found[0] > 20_000.0 && found[1] > 20_000.0, "{found:?}");
+    // Rounded rims of the silhouette, where pixels are half background.
+    assert!(found[2] < 0.05 * (found[0] + found[1]), "{found:?}");
+    let hit = browser.eval("curvmesh.point(250, 400)");
+    assert_eq!(rows(&hit)[0].1, "7 at the vertex");
+    // More labels than colours.
+    browser.set("color", "face:many");
+    let legend = text(&mut browser, "swatches");
+    assert!(
+        legend.starts_with("-3-2-10123") && legend.ends_with("and 83 morecolours repeat"),
+        "{legend}"
+    );
+    assert!(text(&mut browser, "histogram").contains("103 different values"));
+    assert_eq!(browser.number("document.querySelectorAll('#swatches span').length"), 20.0);
+    let name = browser.text("document.getElementById('bar').getAttribute('aria-label')");
+    assert!(
+        name.contains("many: a colour for each label: -3, -2") && name.contains("83 more"),
+        "{name}"
+    );
+    // Another map shows amounts.
+    browser.set("map", "viridis");
+    assert!(!is_hidden(&mut browser, "scale") && is_hidden(&mut browser, "swatches"));
+    assert!(!is_hidden(&mut browser, "range"));
+    browser.set("map", "labels");
+    assert!(is_hidden(&mut browser, "scale") && browser.text("curvmesh.state.map") == "labels");
+    browser.eval("curvmesh.save()");
+    assert!(browser.number("curvmesh.saved") > 1000.0);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 #[test]
 fn pointing_moves_nothing_and_hints_fold() {
     let Some(mut browser) = Browser::start([1280, 800]) else { return };
-    let (_folder, path) = file(&Page::new("Still", vec![exhibit("one"), exhibit("two")]));
+    let (_folder, path) = file(&Page::new("Still", vec![exhibit("one")]));
     browser.open_view(&path);
     let places = "JSON.stringify(['canvas', 'controls', 'counts', 'bar'].map(id => document.getElementById(id).getBoundingClientRect()))";
     let before = browser.text(places);
     assert!(browser.eval("document.getElementById('hints').open") == true);
+    // Readers of the screen skip what else is in a list of terms.
+    assert!(browser.eval("document.querySelector('dl > :not(div, dt, dd)')").is_null());
     let found = "(() => { for (let x = 50; x < 400; x += 10) { const h = curvmesh.point(x, 380); if (h) return true; } })()";
     assert!(browser.eval(found) == true);
     assert!(browser.number("document.querySelectorAll('#picked div').length") >= 5.0);
@@ -736,6 +841,8 @@ fn reduced_motion_is_respected() {
     let mut page = Page::new("Still", vec![exhibit("one"), exhibit("two")]);
     page.layout = Layout::Blink;
     let (_folder, path) = file(&page);
+    browser.open_view(&path);
+    assert!(browser.eval("document.getElementById('hints').open") == false, "they hide no mesh");
     for (wish, moves) in [("no-preference", true), ("reduce", false)] {
         let features = serde_json::json!([{ "name": "prefers-reduced-motion", "value": wish }]);
         browser.call("Emulation.setEmulatedMedia", serde_json::json!({ "features": features }));

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use crate::failure::{Ended, Failure, choose};
 use crate::host::{Call, run};
 use crate::mesh::MeshData;
-use crate::picture::ValuesGiven;
+use crate::picture::{Shown, ValuesGiven};
 
 /// A mesh on the page, as it comes from Python.
 #[derive(FromPyObject)]
@@ -45,7 +45,7 @@ pub(crate) struct PageGiven {
 struct Told {
     name: String,
     content: std::sync::Arc<crate::content::Content>,
-    values: Vec<(String, bool, Vec<f64>)>,
+    values: Vec<(String, Shown)>,
     directions: Option<Vec<[Option<DVec3>; 2]>>,
 }
 
@@ -53,8 +53,7 @@ impl ExhibitGiven<'_> {
     fn told(self) -> Result<Told, Failure> {
         let mesh = &*self.mesh;
         let field = |(name, given): &(String, ValuesGiven<'_>)| {
-            let (on_vertices, values) = given.of(mesh)?;
-            Ok((name.clone(), on_vertices, values))
+            Ok((name.clone(), given.of(mesh)?))
         };
         let values = self.values.iter().map(field).collect::<Result<Vec<_>, Failure>>()?;
         let directions = match &self.directions {
@@ -131,7 +130,7 @@ fn exhibit(told: Told) -> Result<Exhibit, Ended> {
     let pictures = Pictures::of_model(&content.model, &PictureOptions::default());
     let mut exhibit = Exhibit::of_model(name, &content.model, pictures).map_err(Failure::from)?;
     let numbers = exhibit.face_numbers.clone();
-    for (name, on_vertices, values) in values {
+    for (name, Shown { on_vertices, is_label, values }) in values {
         exhibit.fields.retain(|field| field.name != name);
         // Values of polygons are copied to their triangles.
         let (on, values) = match (&numbers, on_vertices) {
@@ -139,7 +138,10 @@ fn exhibit(told: Told) -> Result<Exhibit, Ended> {
             (None, false) => (On::Faces, values),
             (Some(of), false) => (On::Faces, of.iter().map(|&f| values[f as usize]).collect()),
         };
-        exhibit.fields.push(Field::new(name, on, values));
+        exhibit.fields.push(match is_label {
+            true => Field::labels(name, on, values),
+            false => Field::new(name, on, values),
+        });
     }
     if let Some(directions) = directions {
         let set = |name: &str, color, k: usize| Directions {

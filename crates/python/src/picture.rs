@@ -3,7 +3,7 @@
 use mesh_core::glam::DVec3;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
-    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style,
+    ColorMap, Legend, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style,
     Texture, View, render as draw, sheet,
 };
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
@@ -101,14 +101,21 @@ impl StyleGiven {
     }
 }
 
-/// Values to be shown, as they come from Python: for each vertex or for each face.
+/// Values to be shown, as they come from Python: for each vertex or for each face, and whether they are labels.
 #[derive(FromPyObject)]
-pub(crate) struct ValuesGiven<'py>(String, PyReadonlyArray1<'py, f64>);
+pub(crate) struct ValuesGiven<'py>(String, PyReadonlyArray1<'py, f64>, bool);
+
+/// Values that are shown as colours.
+pub(crate) struct Shown {
+    pub(crate) on_vertices: bool,
+    pub(crate) is_label: bool,
+    pub(crate) values: Vec<f64>,
+}
 
 impl ValuesGiven<'_> {
-    /// The values, and whether they belong to vertices.
-    pub(crate) fn of(&self, mesh: &MeshData) -> Result<(bool, Vec<f64>), Failure> {
-        let Self(on, values) = self;
+    /// The values, checked against the mesh.
+    pub(crate) fn of(&self, mesh: &MeshData) -> Result<Shown, Failure> {
+        let Self(on, values, is_label) = self;
         let soup = &mesh.model().soup;
         let on_vertices = choose("on", on, &[("vertex", true), ("face", false)])?;
         let expected = if on_vertices { soup.vertex_count() } else { soup.face_count() };
@@ -118,7 +125,8 @@ impl ValuesGiven<'_> {
                 format!("there are {found} values; one for each {on} would be {expected}");
             return Err(Failure::new("ArrayError", message));
         }
-        Ok((on_vertices, values.as_array().to_vec()))
+        let values = values.as_array().to_vec();
+        Ok(Shown { on_vertices, is_label: *is_label, values })
     }
 }
 
@@ -144,8 +152,15 @@ pub(crate) fn render<'py>(
     let (png, picture, range) = run(py, call, move |_| -> Result<_, Ended> {
         let source = content.source()?;
         let painting = match &shown {
-            Some((true, values)) => Painting::of_vertex_values(source.provenance, values, scale),
-            Some((false, values)) => Painting::of_face_values(source.provenance, values, scale),
+            Some(Shown { on_vertices, is_label, values }) => {
+                let provenance = source.provenance;
+                match (on_vertices, is_label) {
+                    (true, true) => Painting::of_vertex_labels(provenance, values),
+                    (false, true) => Painting::of_face_labels(provenance, values),
+                    (true, false) => Painting::of_vertex_values(provenance, values, scale),
+                    (false, false) => Painting::of_face_values(provenance, values, scale),
+                }
+            }
             None if style.plain => Painting::Plain,
             None => {
                 let options =
@@ -173,11 +188,12 @@ pub(crate) fn render<'py>(
                 sheet(&views, &options).map_err(Failure::from)?
             }
         };
-        let scale = painting.scale();
-        if let Some(scale) = scale.filter(|_| style.bar) {
-            let bar = ColorBar::new(scale, style.label.clone());
-            picture = bar.beside(&picture, how.background).map_err(Failure::from)?;
+        let legend = painting.legend();
+        if let Some(legend) = legend.filter(|_| style.bar) {
+            let whole = legend.beside(&picture, &style.label, how.background);
+            picture = whole.map_err(Failure::from)?;
         }
+        let scale = legend.and_then(Legend::scale);
         let png = picture.to_png().map_err(Failure::from)?;
         Ok((png, picture, scale.map(|scale| [scale.low, scale.high])))
     })?;

@@ -172,6 +172,12 @@ def test_masked_arrays() -> None:
     # The unused corners of smaller polygons.
     faces = np.ma.masked_array([[0, 1, 2, 3], [0, 2, 3, 99]], mask=[[False] * 4, [False, False, False, True]])
     assert cm.Mesh(SQUARE, faces).face_ends.tolist() == [4, 7]
+    for row, corner in ((0, 0), (0, 2), (1, 0)):
+        unknown = np.ma.masked_array([[0, 1, 2], [0, 2, 3]])
+        unknown[row, corner] = np.ma.masked
+        with pytest.raises(cm.ArrayError, match="masked corners") as caught:
+            cm.Mesh(SQUARE, unknown)
+        assert "drop" in caught.value.cure
 
 
 def test_values_that_are_no_real_numbers() -> None:
@@ -195,7 +201,12 @@ def test_masked_values_are_drawn_as_unknown() -> None:
     ball = cm.shapes.sphere(2)
     counts: Any = np.ma.masked_array(np.arange(ball.vertex_count), mask=np.arange(ball.vertex_count) < 9)
     floats = counts.astype(float).filled(np.nan)
-    assert (cm.render(ball, counts).pixels == cm.render(ball, floats).pixels).all()
+    as_amounts = cm.render(ball, counts, colormap="viridis")
+    assert (as_amounts.pixels == cm.render(ball, floats).pixels).all()
+    # As labels, too, unknown values are grey: the light that is on them takes all channels alike.
+    colors = cm.render(ball, counts, size=(200, 200), bar=False).pixels.reshape(-1, 4)[:, :3].astype(int)
+    grey = (np.ptp(colors, axis=1) == 0) & (colors[:, 0] < 200)
+    assert 100 < grey.sum() < len(colors) // 2
 
 
 def test_padded_faces() -> None:

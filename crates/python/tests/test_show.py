@@ -32,6 +32,31 @@ def test_a_picture_shows_values(bumpy: cm.Mesh, tmp_path: Path) -> None:
             cm.render(bumpy, **options)  # type: ignore[arg-type]
 
 
+def test_integers_are_labels(bumpy: cm.Mesh) -> None:
+    """Labels 2 and 5 have the colours of their numbers, and no colour in between."""
+    side = bumpy.vertices[:, 0] > 0
+    zones = np.where(side, 5, 2)
+    picture = cm.render(bumpy, zones, size=(200, 200), transparent=True)
+    assert picture.range is None
+    red, green, blue, cover = picture.pixels[:, :200].reshape(-1, 4).astype(float).T
+    inside = (cover == 255) & (red + green + blue > 60)
+    is_green = (red < 3) & (abs(blue / np.maximum(green, 1) - 115 / 158) < 0.06)
+    is_red = (blue < 3) & (abs(green / np.maximum(red, 1) - 94 / 213) < 0.06)
+    assert is_green[inside].sum() > 4000 and is_red[inside].sum() > 4000
+    # Samples of both are averaged along the line between them.
+    assert (is_green | is_red)[inside].mean() > 0.97
+    for options in ({"colormap": "viridis"}, {"range": "full"}, {"log": True}):
+        assert cm.render(bumpy, zones, size=(90, 90), **options).range == (2.0, 5.0)
+    assert cm.render(bumpy, zones + 2**60, size=(90, 90)).range is not None, "too large to tell apart"
+    assert cm.render(bumpy, zones.astype(float), size=(90, 90)).range == (2.0, 5.0)
+    bumpy = bumpy.copy()
+    bumpy.face_data["part"] = np.arange(bumpy.face_count, dtype=np.uint16) % 3
+    assert cm.render(bumpy, "part", size=(90, 90)).range is None
+    page = cm.view(bumpy, values={"zone": zones, "side": side, "x": bumpy.vertices[:, 0]}).html
+    labels = {name: value for value, name in re.findall(r'"label":(true|false),"name":"(\w+)"', page)}
+    assert labels == {"part": "true", "zone": "true", "side": "true", "x": "false"}
+
+
 def test_a_page_turns_meshes(bumpy: cm.Mesh, tmp_path: Path) -> None:
     small = cm.simplify(bumpy, faces=500)
     d = cm.distance(small.mesh, bumpy, samples=1000)

@@ -227,7 +227,7 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
 /// Up to this number of patches are also shown one by one.
 const MOST_ALONE: usize = 60;
 
-/// The cover, the mesh under it, and the patches one by one with frame and arcs.
+/// The mesh in the colours of the patches, the cover, and the patches one by one with frame and arcs.
 fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<Page, Failure> {
     let Made { cover, cut, .. } = made;
     let whole = cover_model(mesh, cover, *cut).map_err(failed)?;
@@ -235,7 +235,7 @@ fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<
     let mut under = view::mesh("mesh", mesh);
     let number = |patch: &Option<u32>| patch.map_or(f64::NAN, f64::from);
     let numbers = cover.patch_of_face.as_slice().iter().map(number).collect();
-    under.fields.push(Field { signed: false, ..Field::new("patch", On::Faces, numbers) });
+    under.fields.push(Field::labels("patch", On::Faces, numbers));
     let color = |patch: &Option<u32>| patch.map_or([196, 38, 46], patch_color);
     let colors = cover.patch_of_face.as_slice().iter().map(color);
     under.face_colors = Some(colors.map(|[r, g, b]| [r, g, b, 255]).collect());
@@ -246,7 +246,8 @@ fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<
         together.lines.push(lines.clone());
         under.lines.push(lines);
     }
-    let mut exhibits = vec![together, under];
+    // Patches can reach far beyond the mesh, so the mesh comes first.
+    let mut exhibits = vec![under, together];
     for (index, (patch, lines)) in cover.patches.iter().zip(curves).take(MOST_ALONE).enumerate() {
         let part = patch.fit.patch.tessellate(*cut).map_err(Failure::refused)?;
         let [r, g, b] = patch_color(as_u32(index));
@@ -297,11 +298,16 @@ fn curves(patch: &curvpatch::Patch) -> Vec<Lines> {
     let center = patch.point(0.0, 0.0);
     let [l1, l2] = patch.arcs();
     let axis = |i: usize| [center, center + 0.5 * l1.min(l2) * patch.frame()[i]];
+    // Hidden at first: those of all patches together hide the mesh.
+    let lines = |name, color, points: &[DVec3]| Lines {
+        shown: false,
+        ..Lines::through(name, color, points)
+    };
     vec![
-        Lines::through("Rims", [30, 30, 36], &rim),
-        Lines::through("Arcs of k1", [200, 30, 40], &arc(0.0)),
-        Lines::through("Arcs of k2", [25, 80, 190], &arc(0.25 * TAU)),
-        Lines::through("Normals", [0, 120, 60], &axis(2)),
+        lines("Rims", [30, 30, 36], &rim),
+        lines("Arcs of k1", [200, 30, 40], &arc(0.0)),
+        lines("Arcs of k2", [25, 80, 190], &arc(0.25 * TAU)),
+        lines("Normals", [0, 120, 60], &axis(2)),
     ]
 }
 

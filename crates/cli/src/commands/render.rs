@@ -6,8 +6,8 @@ use clap::ValueEnum;
 use glam::DVec3;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
-    ColorBar, Painting, Picture, RenderError, Scene, SheetOptions, Side, Style, Texture, View,
-    render, sheet,
+    Drawing, Legend, Painting, Picture, RenderError, Scene, SheetOptions, Side, Style, Texture,
+    View, draw_svg, render, sheet,
 };
 use mesh_work::Loaded;
 use serde::Serialize;
@@ -23,18 +23,23 @@ use crate::session::{Outcome, Session};
 use crate::task::{Report, Source};
 use crate::view::say_left_out;
 
-/// Draw a mesh to a PNG file, without a display
+/// Draw a mesh to a PNG or SVG file, without a display
+///
+/// An output that ends in .svg is made of vectors, for figures of papers: the faces that are seen, each in the colour
+/// of its middle, edges, outlines and the legend, without a background. Faces are drawn from the farthest to the
+/// nearest; if faces pass through each other, the order can be wrong.
 ///
 ///     curvmesh render torus.ply -o torus.png --edges 1 --direction 1,0.3,1
 ///     curvmesh render scan.ply -o curved.png --property mean_curvature --range=-2,2 --smooth
 ///     curvmesh render part.stl -o sides.png --direction front,left,top --outlines 2 --transparent
+///     curvmesh render cover.ply -o figure.svg --property patch --edges 0.5
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Render {
     #[command(flatten)]
     source: Source,
-    /// The picture, a PNG file; `-` is the standard output
-    #[arg(short, long, value_name = "OUT.png", value_parser = parse_picture())]
+    /// The picture, a PNG or SVG file; `-` is the standard output, as PNG
+    #[arg(short, long, value_name = "OUT.png|OUT.svg", value_parser = parse_picture())]
     output: PathBuf,
     /// Direction from the model to the camera: x,y,z, or names such as front, back, left, right, top,
     /// bottom, corner; several names draw several views in one picture
@@ -61,7 +66,8 @@ pub(crate) struct Render {
     /// What the surface is painted with
     #[arg(long, value_enum, default_value_t)]
     paint: PaintName,
-    /// Show a property of vertices or faces as colours, with a colour bar
+    /// Show a property of vertices or faces as colours, with a legend. Integers are labels: each has a colour of
+    /// its own, unless --colormap, --range or --log is given
     #[arg(long, value_name = "NAME", conflicts_with = "paint")]
     property: Option<String>,
     /// Show texture coordinates by a chessboard with this many squares along each side of the texture
@@ -70,10 +76,10 @@ pub(crate) struct Render {
     /// Use a logarithmic scale of colours: equal steps of colour are equal ratios
     #[arg(long)]
     log: bool,
-    /// Leave out the colour bar
+    /// Leave out the legend
     #[arg(long)]
     no_bar: bool,
-    /// Leave the picture transparent where there is no mesh
+    /// Leave the picture transparent where there is no mesh, as in all SVG files
     #[arg(long)]
     transparent: bool,
     /// Samples per pixel and direction, from 1 to 8
@@ -92,6 +98,8 @@ enum PaintName {
     Colors,
     /// Materials and textures
     Materials,
+    /// A colour for each component, with a legend
+    Components,
     /// Light grey
     Plain,
 }
@@ -110,6 +118,18 @@ struct Results {
     views: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     range: Option<[f64; 2]>,
+    /// The number of different labels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    labels: Option<usize>,
+    /// The number of faces in an SVG file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawn_faces: Option<usize>,
+}
+
+/// A picture of either kind.
+enum Drawn {
+    Pixels(Picture),
+    Vectors(Drawing),
 }
 
 pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failure> {
@@ -118,18 +138,26 @@ pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failur
     let mut seconds = Seconds::default();
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
-    let made = options.made(&loaded, console)?;
-    let picture = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made))?;
-    Seconds::time(&mut seconds.save, || {
-        save_bytes(&options.output, &picture.to_png().map_err(failed)?)
+    let made = options.made(&loaded, &session.given, console)?;
+    let drawn = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made))?;
+    Seconds::time(&mut seconds.save, || match &drawn {
+        Drawn::Pixels(picture) => save_bytes(&options.output, &picture.to_png().map_err(failed)?),
+        Drawn::Vectors(drawing) => save_bytes(&options.output, drawing.svg.as_bytes()),
     })?;
     let views = match &options.direction {
         Directions::Vector(_) => 1,
         Directions::Sides(sides) => sides.len(),
     };
-    let range = made.scale().map(|scale| [scale.low, scale.high]);
-    let (width, height) = (picture.width(), picture.height());
-    let results = Results { width, height, views, range };
+    let range = made.legend().and_then(Legend::scale).map(|scale| [scale.low, scale.high]);
+    let labels = match made.legend() {
+        Some(Legend::Labels(labels)) => Some(labels.values().len()),
+        _ => None,
+    };
+    let ([width, height], drawn_faces) = match &drawn {
+        Drawn::Pixels(picture) => ([picture.width(), picture.height()], None),
+        Drawn::Vectors(drawing) => (drawing.size, Some(drawing.faces)),
+    };
+    let results = Results { width, height, views, range, labels, drawn_faces };
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
     let text = format!("{}: {width} by {height} pixels", report.subject());
@@ -151,7 +179,10 @@ impl Render {
     fn check_given(&self, given: &Given) -> Result<(), Failure> {
         if self.property.is_none() {
             given.refuse(&COLOR_OPTIONS, "they are for --property")?;
-            given.refuse(&["log", "no_bar"], "they are for --property")?;
+            given.refuse(&["log"], "it is for --property")?;
+        }
+        if self.property.is_none() && self.paint != PaintName::Components {
+            given.refuse(&["no_bar"], "it is for --property and --paint components")?;
         }
         if self.outlines == 0.0 {
             given.refuse(&["crease"], "it is for --outlines")?;
@@ -162,14 +193,16 @@ impl Render {
         Ok(())
     }
 
-    fn made(&self, loaded: &Loaded, console: &Console) -> Result<Painting, Failure> {
+    fn made(&self, loaded: &Loaded, given: &Given, console: &Console) -> Result<Painting, Failure> {
         let (model, provenance) = (&loaded.model, &loaded.provenance);
         if let Some(squares) = self.chessboard {
             return Painting::chessboard(model, provenance, squares)
                 .ok_or_else(|| Failure::refused("the file has no texture coordinates"));
         }
         if let Some(name) = &self.property {
-            return self.property_colors(name, loaded);
+            // Who names a scale of colours wants amounts.
+            let is_scaled = ["colormap", "range", "log"].iter().any(|name| given.has(name));
+            return self.property_colors(name, loaded, is_scaled);
         }
         let pictures = || {
             let Source { input, loading } = &self.source;
@@ -185,18 +218,32 @@ impl Render {
             PaintName::Materials => Painting::of_materials(model, provenance, &pictures())
                 .map_err(failed)?
                 .ok_or_else(|| Failure::refused("the file has no materials")),
+            PaintName::Components => Ok(Painting::of_components(&loaded.mesh)),
             PaintName::Plain => Ok(Painting::Plain),
         }
     }
 
-    fn property_colors(&self, name: &str, loaded: &Loaded) -> Result<Painting, Failure> {
+    fn property_colors(
+        &self,
+        name: &str,
+        loaded: &Loaded,
+        is_scaled: bool,
+    ) -> Result<Painting, Failure> {
         let (model, provenance) = (&loaded.model, &loaded.provenance);
         let options = self.colors.options(false, self.log);
         if let Some(found) = model.vertex_scalars.iter().find(|s| s.name == name) {
-            return Ok(Painting::of_vertex_values(provenance, &found.values.to_f64(), options));
+            let values = found.values.to_f64();
+            return Ok(match found.is_label && !is_scaled {
+                true => Painting::of_vertex_labels(provenance, &values),
+                false => Painting::of_vertex_values(provenance, &values, options),
+            });
         }
         if let Some(found) = model.face_scalars.iter().find(|s| s.name == name) {
-            return Ok(Painting::of_face_values(provenance, &found.values.to_f64(), options));
+            let values = found.values.to_f64();
+            return Ok(match found.is_label && !is_scaled {
+                true => Painting::of_face_labels(provenance, &values),
+                false => Painting::of_face_values(provenance, &values, options),
+            });
         }
         let names = model.vertex_scalars.iter().chain(&model.face_scalars).map(|s| &*s.name);
         let names = names.collect::<Vec<_>>().join(", ");
@@ -204,9 +251,15 @@ impl Render {
         Err(Failure::usage(format!("there is no property {name}; there are: {names}")))
     }
 
-    fn draw(&self, loaded: &Loaded, made: &Painting) -> Result<Picture, Failure> {
+    /// Whether the picture is made of vectors.
+    fn is_vectors(&self) -> bool {
+        self.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
+    }
+
+    fn draw(&self, loaded: &Loaded, made: &Painting) -> Result<Drawn, Failure> {
         let mesh = &loaded.mesh;
-        let background = (!self.transparent).then_some([255; 3]);
+        let is_transparent = self.transparent || self.is_vectors();
+        let background = (!is_transparent).then_some([255; 3]);
         let style = Style {
             size: self.size,
             smooth: self.smooth,
@@ -219,9 +272,26 @@ impl Render {
         };
         let scene = Scene { paint: made.paint(), ..Scene::of(mesh) };
         let nothing = || Failure::refused("the mesh has no faces");
+        let name = self.property.as_deref().unwrap_or("component");
+        let legend = made.legend().filter(|_| !self.no_bar);
+        let view = |toward, up| View::of(mesh, toward, up).ok_or_else(nothing);
+        if self.is_vectors() {
+            let (toward, up) = match &self.direction {
+                Directions::Vector(toward) => (*toward, self.up),
+                Directions::Sides(sides) => match sides[..] {
+                    [side] => (side.toward(), side.up()),
+                    _ => {
+                        let message = "an SVG file has one view; name one side, or write PNG";
+                        return Err(Failure::usage(message));
+                    }
+                },
+            };
+            let legend = legend.map(|legend| (legend, name));
+            let drawing = draw_svg(&scene, &view(toward, up)?, &style, legend);
+            return Ok(Drawn::Vectors(drawing.map_err(failed)?));
+        }
         let from = |toward, up| -> Result<Picture, Failure> {
-            let view = View::of(mesh, toward, up).ok_or_else(nothing)?;
-            render(&scene, &view, &style).map_err(failed)
+            render(&scene, &view(toward, up)?, &style).map_err(failed)
         };
         let picture = match &self.direction {
             Directions::Vector(toward) => from(*toward, self.up)?,
@@ -232,12 +302,11 @@ impl Render {
                 sheet(&views, &SheetOptions { background, ..Default::default() }).map_err(failed)?
             }
         };
-        match (made.scale(), &self.property) {
-            (Some(scale), Some(name)) if !self.no_bar => {
-                ColorBar::new(scale, name.clone()).beside(&picture, background).map_err(failed)
-            }
-            _ => Ok(picture),
-        }
+        let picture = match legend {
+            Some(legend) => legend.beside(&picture, name, background).map_err(failed)?,
+            None => picture,
+        };
+        Ok(Drawn::Pixels(picture))
     }
 }
 

@@ -21,7 +21,8 @@ use crate::view::{self, name_of};
 ///
 /// Files are shown as they are, polygons and defects included, with every property as colours, the
 /// values under the pointer, materials, and lines for boundaries and for non-manifold and sharp
-/// edges. Several meshes share one camera. The page does not use the network.
+/// edges. Properties of integers are labels: each value has a colour of its own, unless --colormap or --range is
+/// given. Several meshes share one camera. The page does not use the network.
 ///
 ///     curvmesh view scan.ply
 ///     curvmesh view scan.ply -o page.html

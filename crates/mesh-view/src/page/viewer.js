@@ -46,6 +46,9 @@ function exact(field, i) {
   return value + field.fine[i] / 254 * 2 ** (exponent - 150);
 }
 
+// A label is a whole number; the parts of the distance to the next one can be too coarse by less than a half.
+const labelOf = (field, i) => field.label ? Math.round(exact(field, i)) : exact(field, i);
+
 const digits = (x, n = 7) => {
   if (!Number.isFinite(x)) return 'no value';
   if (x === 0) return '0';
@@ -73,12 +76,39 @@ const meshes = page.meshes.map((source, number) => {
     const fine = f.fine === null ? null : new Int8Array(bytesOf(f.fine).buffer);
     fields.set(f.on + ':' + f.name, { ...f, values, fine });
   }
-  return { source, number, vertices, faces, local, fields, corners: integersOf(index.blob, 3 * faces),
+  const mesh = { source, number, vertices, faces, local, fields, corners: integersOf(index.blob, 3 * faces),
     radius: 0.5 * Math.hypot(...source.extent) || 1e-9, cache: {} };
+  const parts = source.facts.find(([name]) => name === 'components')?.[1] ?? '1';
+  // Found only when they are asked for. With merged vertices, they would be others than those of the file.
+  if (parts !== '1' && !source.simplified && !fields.has('face:component')) {
+    fields.set('face:component', { name: 'component', on: 'face', signed: false, range: null, label: true, fine: null, lazy: true, get values() { return mesh.cache.components ??= componentsOf(mesh); } });
+  }
+  return mesh;
 });
 
 // The first vertex at the same place, where the file has several.
 const same = mesh => mesh.cache.same ??= mesh.source.same === null ? null : integersOf(mesh.source.same, mesh.vertices);
+
+// The component of every face, numbered by the smallest vertex.
+function componentsOf(mesh) {
+  const { corners, faces, vertices } = mesh, twins = same(mesh);
+  const parent = Uint32Array.from({ length: vertices }, (_, v) => v);
+  const root = v => { while (parent[v] !== v) v = parent[v] = parent[parent[v]]; return v; };
+  const first = h => root(twins ? twins[corners[h]] : corners[h]);
+  for (let f = 0; f < faces; f++) {
+    const a = first(3 * f);
+    for (const h of [3 * f + 1, 3 * f + 2]) {
+      const b = first(h), c = root(a);
+      if (b < c) parent[c] = b; else parent[b] = c;
+    }
+  }
+  const out = new Float32Array(faces), numbers = new Float32Array(vertices).fill(-1), used = new Uint8Array(vertices);
+  for (let f = 0; f < faces; f++) used[first(3 * f)] = 1;
+  let n = 0;
+  for (let v = 0; v < vertices; v++) if (used[v]) numbers[v] = n++;
+  for (let f = 0; f < faces; f++) out[f] = numbers[first(3 * f)];
+  return out;
+}
 
 function vertexNormals(mesh) {
   const { local: p, corners, faces, vertices } = mesh, twins = same(mesh);
@@ -222,7 +252,12 @@ function resetCamera() {
   const seen = upright(times(around([1, 0, 0], 0.35), around([0, 1, 0], -0.6)));
   state.turn = normalized(state.up === page.start.up ? page.start.turn ?? seen : seen);
   fit();
+  home = cameraNow();
 }
+// The camera as it was framed last; until it is moved, it follows the size of the window.
+let home = '';
+const cameraNow = () => [state.turn, state.target, state.half].join();
+const isHome = () => cameraNow() === home;
 // A rotation of a model whose y axis points up, for the axis that points up here.
 function upright(q) {
   const H = Math.PI / 2;
@@ -303,6 +338,7 @@ function anchorAt(x, y) {
 // ---------------------------------------------------------------- colours of values
 
 const maps = page.maps.map(map => ({ ...map, colors: bytesOf(map.blob) }));
+const LABELS = maps.find(map => map.name === 'labels');
 
 const joined = new Map();
 // All finite values under a name, over all meshes, in order.
@@ -318,6 +354,45 @@ function sorted(key) {
 const fieldOf = key => meshes.map(m => m.fields.get(key)).find(Boolean);
 const isField = key => keys.has(key);
 
+const labelLists = new Map();
+// The different values under a name, over all meshes, in order.
+function labelsOf(key) {
+  if (labelLists.has(key)) return labelLists.get(key);
+  const fields = meshes.map(m => m.fields.get(key)).filter(Boolean);
+  const all = new Float64Array(fields.reduce((n, f) => n + f.values.length, 0));
+  let at = 0;
+  for (const field of fields) for (let i = 0; i < field.values.length; i++) { const x = labelOf(field, i); if (Number.isFinite(x)) all[at++] = x + 0; }
+  const values = all.subarray(0, at).sort();
+  let n = 0;
+  for (let i = 0; i < values.length; i++) if (i === 0 || values[i] !== values[n - 1]) values[n++] = values[i];
+  const list = values.slice(0, n), colors = LABELS.colors.length / 3;
+  // Numbers that all have a colour of their own keep it, whatever else there is.
+  const byNumber = list.every(x => Number.isInteger(x) && x >= 0 && x < colors);
+  const found = { list, colors: Array.from(list.subarray(0, colors), (x, i) => byNumber ? x : i), byNumber };
+  labelLists.set(key, found);
+  return found;
+}
+// The place of a label in the list, or -1.
+function placeOf(list, x) {
+  let low = 0, high = list.length;
+  while (low < high) { const middle = (low + high) >> 1; if (list[middle] < x) low = middle + 1; else high = middle; }
+  return list[low] === x ? low : -1;
+}
+// The colour of each element of a mesh, as its place in the map of labels; -1 for none.
+function labelColors(mesh, key) {
+  const field = mesh.fields.get(key), { list, colors } = labelsOf(key);
+  return Float32Array.from(field.values, (_, i) => { const at = placeOf(list, labelOf(field, i)); return at < 0 ? -1 : colors[at % colors.length]; });
+}
+const showsLabels = () => isField(state.color) && currentMap().name === 'labels';
+const labelColor = (key, at) => { const { colors } = labelsOf(key), i = 3 * colors[at % colors.length]; return `rgb(${LABELS.colors[i]} ${LABELS.colors[i + 1]} ${LABELS.colors[i + 2]})`; };
+const labelText = x => Number.isInteger(x) ? String(x) : digits(x);
+// What the legend tells: as many labels as there are colours, and what is not among them.
+function legendOf(key) {
+  const { list, colors } = labelsOf(key), notes = [];
+  if (list.length > colors.length) notes.push(`and ${grouped(list.length - colors.length)} more`, 'colours repeat');
+  return { shown: colors.map((_, i) => [labelColor(key, i), labelText(list[i])]), notes };
+}
+
 function autoRange() {
   let values = sorted(state.color);
   if (state.log) values = values.subarray(values.findIndex(x => x > 0) < 0 ? values.length : values.findIndex(x => x > 0));
@@ -332,7 +407,7 @@ function autoRange() {
 }
 function currentMap() {
   const name = state.map !== 'auto' ? state.map
-    : page.start.map ?? (state.symmetric && !state.log ? 'red-blue' : 'viridis');
+    : page.start.map ?? (fieldOf(state.color)?.label && !page.start.range ? 'labels' : state.symmetric && !state.log ? 'red-blue' : 'viridis');
   return maps.find(m => m.name === name) ?? maps[0];
 }
 function place(x) {
@@ -369,7 +444,7 @@ const FACES = [`${HEAD}${LOOKUP}
 uniform isampler2D tNormal; uniform sampler2D tValue; uniform usampler2D tUvIndex; uniform sampler2D tUv;
 uniform usampler2D tFaceMaterial; uniform sampler2D tMaterial;
 uniform int uMode; uniform bool uSmooth; uniform int uPass;
-out vec3 vNormal; out vec3 vEye; out vec3 vBary; out vec2 vValue; out vec4 vColor; out vec2 vUv; flat out vec4 vMaterial; flat out vec4 vBase;
+out vec3 vNormal; out vec3 vEye; out vec3 vBary; out vec2 vValue; out vec4 vColor; out vec2 vUv; flat out vec4 vMaterial; flat out vec4 vBase; flat out vec3 vLabel;
 void main() {
   int face = gl_VertexID / 3, corner = gl_VertexID - 3 * face;
   ivec3 t = ivec3(texelFetch(tIndex, at(face), 0).xyz);
@@ -382,12 +457,15 @@ void main() {
   }
   vNormal = uTurn * normalize(dot(vNormal, vNormal) > 0. ? vNormal : vec3(0., 0., 1.));
   vBary = vec3(corner == 0, corner == 1, corner == 2);
+  vLabel = vec3(-1.);
   vValue = vec2(0.); vColor = vec4(.78, .78, .76, 1.); vUv = vec2(0.); vMaterial = vec4(-1., 1., 0., 0.); vBase = vec4(1.);
   if (uMode == 1 || uMode == 2) {
     float x = texelFetch(tValue, at(uMode == 1 ? v : face), 0).x;
     bool missing = isnan(x);
     vValue = vec2(missing ? 0. : clamp(x, -1e37, 1e37), missing ? 1. : 0.);
   } else if (uMode == 3 || uMode == 4) vColor = texelFetch(tValue, at(uMode == 3 ? v : face), 0);
+  else if (uMode == 6) vLabel = vec3(texelFetch(tValue, at(t.x), 0).x, texelFetch(tValue, at(t.y), 0).x, texelFetch(tValue, at(t.z), 0).x);
+  else if (uMode == 7) vLabel = vec3(texelFetch(tValue, at(face), 0).x);
   else if (uMode == 5) {
     int m = int(texelFetch(tFaceMaterial, at(face), 0).x);
     vBase = texelFetch(tMaterial, ivec2(0, m), 0); vMaterial = texelFetch(tMaterial, ivec2(1, m), 0);
@@ -398,7 +476,7 @@ void main() {
   vEye = seen(p);
   gl_Position = uProjection * vec4(vEye, 1.);
 }`, `${HEAD}
-in float vCut; in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase;
+in float vCut; in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase; flat in vec3 vLabel;
 uniform int uMode; uniform sampler2D tMap; uniform sampler2DArray tImages; uniform vec2 uRange; uniform bool uLog; uniform bool uEdges; uniform bool uBacks; uniform vec3 uEdgeColor;
 out vec4 color;
 void main() {
@@ -409,6 +487,10 @@ void main() {
     if (uLog) { missing = missing || x <= 0.; x = log(max(x, 1e-38)); }
     float t = uRange.y > uRange.x ? (x - uRange.x) / (uRange.y - uRange.x) : .5;
     base = missing ? vec3(140. / 255.) : texture(tMap, vec2(clamp(t, 0., 1.) * 255. / 256. + .5 / 256., .5)).rgb;
+  } else if (uMode == 6 || uMode == 7) {
+    // The label of the nearest corner.
+    int i = int(vBary.x >= vBary.y && vBary.x >= vBary.z ? vLabel.x : vBary.y >= vBary.z ? vLabel.y : vLabel.z);
+    base = i < 0 ? vec3(140. / 255.) : texelFetch(tMap, ivec2(i, 0), 0).rgb;
   } else if (uMode == 5) {
     vec4 texel = vMaterial.x < 0. ? vec4(1.) : texture(tImages, vec3(vUv.x, 1. - vUv.y, vMaterial.x));
     base = pow(clamp(vBase.rgb, 0., 1.), vec3(1. / 2.2)) * texel.rgb;
@@ -574,6 +656,10 @@ function bindColors(mesh) {
   bind(UNITS.tImages, none.tImages, gl.TEXTURE_2D_ARRAY);
   bind(UNITS.tNormal, state.smooth ? textureOf(mesh, 'normals', () => table('RGBA16I', vertexNormals(mesh))) : none.tNormal);
   const field = mesh.fields.get(state.color);
+  if (field && showsLabels()) {
+    bind(3, textureOf(mesh, 'labels ' + state.color, () => table('R32F', labelColors(mesh, state.color))));
+    return field.on === 'vertex' ? 6 : 7;
+  }
   if (field) {
     bind(3, textureOf(mesh, state.color, () => table('R32F', field.values)));
     return field.on === 'vertex' ? 1 : 2;
@@ -947,14 +1033,15 @@ function describe(hit) {
   const { mesh } = hit, rows = [];
   if (meshes.length > 1) rows.push(['mesh', mesh.source.name]);
   for (const [key, field] of mesh.fields) {
-    const current = key === state.color;
+    const current = key === state.color, text = i => field.label ? labelText(labelOf(field, i)) : digits(exact(field, i));
+    if (field.lazy && !current) continue;
     if (field.on === 'face') {
-      const value = digits(exact(field, hit.face));
+      const value = text(hit.face);
       rows.push([field.name, value, current]);
     } else {
-      const value = digits(exact(field, hit.vertex));
+      const value = text(hit.vertex);
       const here = [0, 1, 2].reduce((s, i) => s + hit.weights[i] * field.values[hit.corners[i]], 0);
-      rows.push([field.name, `${value} at the vertex` + (current ? `, ${digits(here, 4)} here` : ''), current]);
+      rows.push([field.name, `${value} at the vertex` + (current && !field.label ? `, ${digits(here, 4)} here` : ''), current]);
     }
   }
   rows.sort((a, b) => Boolean(b[2]) - Boolean(a[2]));
@@ -973,6 +1060,8 @@ function showPicked(hit, aloud) {
   const box = element('picked'), changed = hit !== state.picked;
   state.picked = hit;
   box.replaceChildren();
+  box.hidden = !hit;
+  element('unpicked').hidden = Boolean(hit);
   if (hit) {
     const list = describe(hit);
     for (const [name, value, current] of list) {
@@ -980,9 +1069,8 @@ function showPicked(hit, aloud) {
       box.append(line);
     }
     if (aloud) live.textContent = list.map(([name, value]) => `${name}: ${value}`).join('; ');
-  } else {
-    box.append(make('p', { textContent: 'Point at the surface, or press X to read the middle of the picture.' }));
-    if (aloud) live.textContent = 'Nothing here';
+  } else if (aloud) {
+    live.textContent = 'Nothing here';
   }
   if (changed) redraw();
   return hit;
@@ -1083,21 +1171,22 @@ function buildControls() {
   [lineOf, controls.color] = select('Colour by', COLORS, state.color, setColor, 'color'); colors.push(lineOf);
   const mapNames = [['auto', 'Usual'], ...maps.map(m => [m.name, m.name])];
   [lineOf, controls.map] = select('Colours', mapNames, 'auto', x => { state.map = x; showRange(); redraw(); }, 'map');
-  controls.fieldOnly = [lineOf];
+  const mapLine = lineOf;
+  controls.scaleOnly = [];
   [lineOf, controls.range] = select('Range', [['auto', '2 % to 98 % of them'], ['five', '5 % to 95 % of them'], ['full', 'All values'], ['given', 'As below']], 'auto', x => { state.range = x; setRange(); }, 'range');
-  controls.fieldOnly.push(lineOf);
+  controls.scaleOnly.push(lineOf);
   const number = (id, label) => {
     const input = make('input', { type: 'text', inputMode: 'decimal', id, autocomplete: 'off', 'aria-label': label });
     input.addEventListener('change', () => givenRange());
     return input;
   };
   controls.low = number('low', 'Lowest value'); controls.high = number('high', 'Highest value');
-  controls.fieldOnly.push(make('div', { className: 'line' }, make('span', { textContent: 'From, to' }), make('span', { className: 'pair' }, controls.low, controls.high)));
-  [lineOf, controls.symmetric] = checkbox('Symmetric about zero', false, x => { state.symmetric = x; if (x) { state.log = controls.log.checked = false; } setRange(); }, 'symmetric'); controls.fieldOnly.push(lineOf);
-  [lineOf, controls.log] = checkbox('Logarithmic', false, x => { state.log = x; if (x) { state.symmetric = controls.symmetric.checked = false; } setRange(); }, 'log'); controls.fieldOnly.push(lineOf);
+  controls.scaleOnly.push(make('div', { className: 'line' }, make('span', { textContent: 'From, to' }), make('span', { className: 'pair' }, controls.low, controls.high)));
+  [lineOf, controls.symmetric] = checkbox('Symmetric about zero', false, x => { state.symmetric = x; if (x) { state.log = controls.log.checked = false; } setRange(); }, 'symmetric'); controls.scaleOnly.push(lineOf);
+  [lineOf, controls.log] = checkbox('Logarithmic', false, x => { state.log = x; if (x) { state.symmetric = controls.symmetric.checked = false; } setRange(); }, 'log'); controls.scaleOnly.push(lineOf);
   controls.histogram = make('div', { id: 'histogram', role: 'img' });
-  controls.fieldOnly.push(controls.histogram);
-  colors.push(...controls.fieldOnly);
+  controls.fieldOnly = [mapLine, controls.histogram];
+  colors.push(mapLine, ...controls.scaleOnly, controls.histogram);
 
   const toggle = name => { const [line, input] = checkbox(name, state.overlays.has(name), x => { if (x) state.overlays.add(name); else state.overlays.delete(name); redraw(); }); input.dataset.overlay = name; return line; };
   lines.push(toggle('Boundary'), toggle('Non-manifold edges'), toggle('Sharp edges'));
@@ -1171,10 +1260,14 @@ function setColor(key) {
     controls.symmetric.checked = state.symmetric; controls.log.checked = false;
     setRange();
   }
-  for (const line of controls.fieldOnly) line.hidden = !isField(key);
+  showFieldControls();
   element('bar').hidden = !isField(key);
   if (state.picked) showPicked(state.picked);
   redraw();
+}
+function showFieldControls() {
+  for (const line of controls.fieldOnly) line.hidden = !isField(state.color);
+  for (const line of controls.scaleOnly) line.hidden = !isField(state.color) || showsLabels();
 }
 function setRange() {
   if (state.range !== 'given') [state.low, state.high] = autoRange();
@@ -1208,7 +1301,23 @@ function ticks() {
 }
 const tickText = t => digits(Math.abs(t) < 1e-12 * Math.max(Math.abs(state.low), Math.abs(state.high)) ? 0 : t, 4);
 
+function showSwatches() {
+  const isShown = showsLabels(), list = element('swatches');
+  element('scale').hidden = isShown;
+  list.hidden = !isShown;
+  list.replaceChildren();
+  if (!isShown) return;
+  const { shown, notes } = legendOf(state.color);
+  for (const [color, text] of shown) {
+    const swatch = make('span');
+    swatch.style.setProperty('--color', color);
+    list.append(make('li', {}, swatch, text));
+  }
+  list.append(...notes.map(note => make('li', { textContent: note })));
+  element('bar').setAttribute('aria-label', `${fieldOf(state.color).name}: a colour for each label: ${shown.map(([, text]) => text).join(', ')}${notes.map(note => '; ' + note).join('')}`);
+}
 function showRange() {
+  showFieldControls();
   controls.range.value = state.range;
   controls.low.value = digits(state.low, 5); controls.high.value = digits(state.high, 5);
   for (const input of [controls.low, controls.high]) input.setAttribute('aria-invalid', 'false');
@@ -1225,27 +1334,46 @@ function showRange() {
   }
   const further = Object.keys(beyond).filter(name => beyond[name]);
   element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)}` + (further.length ? `; some values are ${further.join(' or ')}` : '') : '');
+  showSwatches();
   showHistogram();
+}
+
+// Bars of these heights and colours.
+function bars(counts, colorOf) {
+  const space = 'http://www.w3.org/2000/svg', svg = document.createElementNS(space, 'svg'), step = 240 / counts.length;
+  const top = counts.reduce((a, b) => Math.max(a, b), 1);
+  svg.setAttribute('viewBox', '0 0 240 64'); svg.setAttribute('preserveAspectRatio', 'none'); svg.setAttribute('aria-hidden', 'true');
+  counts.forEach((n, i) => {
+    const rect = document.createElementNS(space, 'rect'), height = 62 * n / top;
+    for (const [k, v] of Object.entries({ x: step * i, y: 64 - height, width: 0.92 * step, height, fill: colorOf(i) })) rect.setAttribute(k, v);
+    svg.append(rect);
+  });
+  return svg;
+}
+// How many elements each label has; only the first where there are many.
+function showCounts(box) {
+  const { list } = labelsOf(state.color), counts = new Uint32Array(list.length);
+  for (const mesh of meshes) {
+    const field = mesh.fields.get(state.color);
+    for (let i = 0; i < (field?.values.length ?? 0); i++) { const at = placeOf(list, labelOf(field, i)); if (at >= 0) counts[at]++; }
+  }
+  const most = counts.reduce((best, n, i) => n > counts[best] ? i : best, 0);
+  const text = list.length ? `${grouped(list.length)} different values, most often ${labelText(list[most])} (${grouped(counts[most])} times)` : 'no values';
+  box.setAttribute('aria-label', 'How often each value occurs: ' + text);
+  box.append(bars(counts.subarray(0, 96), i => labelColor(state.color, i)), make('p', { className: 'note', textContent: text }));
 }
 
 function showHistogram() {
   const box = controls.histogram;
   box.replaceChildren();
   if (!isField(state.color)) return;
+  if (showsLabels()) { showCounts(box); return; }
   const values = sorted(state.color), bins = new Uint32Array(48);
   const pad = state.log ? 0 : 0.08 * (state.high - state.low), low = state.low - pad, high = state.high + pad;
   const u = state.log ? x => x > 0 ? Math.log(x) : NaN : x => x, [a, b] = [u(low), u(high)];
   let outside = 0;
   for (const x of values) { const i = Math.floor((u(x) - a) / ((b - a) || 1) * 48); if (i >= 0 && i < 48) bins[i]++; else outside++; }
-  const top = Math.max(1, ...bins), space = 'http://www.w3.org/2000/svg';
-  const svg = document.createElementNS(space, 'svg');
-  svg.setAttribute('viewBox', '0 0 240 64'); svg.setAttribute('preserveAspectRatio', 'none'); svg.setAttribute('aria-hidden', 'true');
-  bins.forEach((n, i) => {
-    const rect = document.createElementNS(space, 'rect'), height = 62 * n / top;
-    const middle = a + (i + 0.5) / 48 * (b - a);
-    for (const [k, v] of Object.entries({ x: 5 * i, y: 64 - height, width: 4.6, height, fill: colorAt(place(state.log ? Math.exp(middle) : middle) ?? 0) })) rect.setAttribute(k, v);
-    svg.append(rect);
-  });
+  const svg = bars(bins, i => { const middle = a + (i + 0.5) / 48 * (b - a); return colorAt(place(state.log ? Math.exp(middle) : middle) ?? 0); });
   const at = s => values.length ? values[Math.round(s * (values.length - 1))] : NaN;
   const text = values.length ? `least ${digits(at(0), 4)}, median ${digits(at(0.5), 4)}, largest ${digits(at(1), 4)}` + (outside ? `; ${grouped(outside)} of ${grouped(values.length)} beyond the range` : '') : 'no values';
   box.setAttribute('aria-label', 'How often each value occurs: ' + text);
@@ -1300,7 +1428,13 @@ async function savePicture() {
   const ink = pen.fillStyle = themeNow() === 'dark' ? '#e8eaed' : '#1a1c20';
   pen.font = `${13 * scale}px system-ui, sans-serif`;
   pen.textBaseline = 'middle';
-  if (isLegend) {
+  if (isLegend && showsLabels()) {
+    const { shown, notes } = legendOf(state.color), left = width + 8 * scale, step = Math.min(21 * scale, (height - 90 * scale) / (shown.length + notes.length));
+    let y = 64 * scale;
+    for (const [color, text] of shown) { pen.fillStyle = color; pen.fillRect(left, y - 7 * scale, 18 * scale, Math.min(14 * scale, step)); pen.fillStyle = ink; pen.fillText(text, left + 25 * scale, y, aside - 40 * scale); y += step; }
+    for (const note of notes) { pen.fillText(note, left, y, aside - 16 * scale); y += step; }
+    pen.fillText(fieldOf(state.color).name, left, 32 * scale, aside - 16 * scale);
+  } else if (isLegend) {
     const top = 64 * scale, tall = Math.min(320 * scale, height - 100 * scale), left = width + 8 * scale, wide = 18 * scale;
     for (let row = 0; row < tall; row++) { pen.fillStyle = colorAt(1 - row / tall); pen.fillRect(left, top + row, wide, 1); }
     for (const [name, end, from, to] of [['above', 1, top, top - 10 * scale], ['below', 0, top + tall, top + tall + 10 * scale]]) {
@@ -1462,14 +1596,24 @@ const LINKED = {
   },
   sharp: amount('sharp', 1, 179), length: amount('length', 0.2, 4),
   cut: choice('cut', optionsOf('cut')), cutAt: amount('cutAt', -1, 1), cutOther: flag('cutOther'),
+  measured: {
+    get: () => state.ends.map(end => [end.mesh.number, ...end.world.map(x => digits(x, 12))].join()).join(';'),
+    set: text => {
+      const list = text.split(';').map(part => part.split(',').map(Number)).filter(part => part.length === 4 && part.every(Number.isFinite) && meshes[part[0]]);
+      setMeasuring(list.length > 0);
+      state.ends = list.slice(0, 2).map(([number, ...world]) => ({ mesh: meshes[number], world }));
+      showMeasured(false);
+    },
+  },
   turn: vector('turn', 4, normalized), target: vector('target', 3), half: amount('half', 0, Infinity),
 };
+const CAMERA = ['turn', 'target', 'half'];
 let initial = null, written = '', writing = null;
 const settings = () => Object.fromEntries(Object.entries(LINKED).map(([name, { get }]) => [name, get()]));
-// Only what differs from the page as it opened.
+// Only what differs from the page as it opened; the camera only if it was moved, because it is framed again elsewhere.
 function linkText() {
-  const now = settings(), parts = new URLSearchParams();
-  for (const name in now) if (now[name] !== initial[name]) parts.set(name, now[name]);
+  const now = settings(), parts = new URLSearchParams(), framed = isHome();
+  for (const name in now) if (CAMERA.includes(name) ? !framed : now[name] !== initial[name]) parts.set(name, now[name]);
   const text = String(parts);
   return text && '#' + text;
 }
@@ -1484,7 +1628,10 @@ function writeLink() {
 function writeLater() { if (initial && !writing) writing = setTimeout(writeLink, 400); }
 function readLink() {
   const parts = new URLSearchParams(location.hash.slice(1));
-  for (const [name, { set }] of Object.entries(LINKED)) set(parts.get(name) ?? initial[name]);
+  for (const [name, { set }] of Object.entries(LINKED)) if (!CAMERA.includes(name)) set(parts.get(name) ?? initial[name]);
+  // Without a camera, or with a part of one, the rest is as this window frames it.
+  resetCamera();
+  for (const name of CAMERA) LINKED[name].set(parts.get(name) ?? '');
   state.half = Math.min(Math.max(state.half, 1e-5 * radius()), 50 * radius());
   if (isField(state.color)) setRange();
   anchor = null;
@@ -1512,7 +1659,7 @@ addEventListener('hashchange', () => { if (location.hash !== written) readLink()
 canvas.addEventListener('webglcontextlost', event => event.preventDefault());
 canvas.addEventListener('webglcontextrestored', () => { start(); redraw(); });
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', showTheme);
-new ResizeObserver(redraw).observe(canvas);
+new ResizeObserver(() => { if (isHome()) resetCamera(); redraw(); }).observe(canvas);
 setInterval(() => { if (state.layout === 'blink' && state.blink && meshes.length > 1 && !document.hidden) { state.shown = (state.shown + 1) % meshes.length; redraw(); } }, 700);
 
 try {
@@ -1522,11 +1669,11 @@ try {
   showFacts();
   // Room for all that is told about a point, so that pointing moves nothing.
   element('values').style.setProperty('--rows', Math.max(...meshes.map(m => m.fields.size * 1.7 + (m.source.materials ? 1 : 0))) + (meshes.length > 1 ? 4 : 3));
-  // On a small screen they would hide the mesh.
-  element('hints').open = !matchMedia('(max-width: 760px)').matches;
+  // On a small screen, or with a mesh in each corner, they would hide one.
+  element('hints').open = meshes.length === 1 && !matchMedia('(max-width: 760px)').matches;
   showPicked(null);
   showLayout();
-  const first = COLORS.find(([key]) => key === page.start.color) ?? COLORS.find(([key]) => key === 'material') ?? COLORS[1] ?? COLORS[0];
+  const first = COLORS.find(([key]) => key === page.start.color) ?? COLORS.find(([key]) => key === 'material') ?? COLORS.slice(1).find(([key]) => !isField(key) || !fieldOf(key).lazy) ?? COLORS[0];
   setColor(page.start.color === 'plain' ? 'plain' : first[0]);
   // The legend takes room beside the picture, which is known only now.
   resetCamera();

@@ -63,6 +63,11 @@ def faces_of(faces: Any) -> tuple[NDArray[Any], NDArray[Any] | None]:
     if np.ma.isMaskedArray(faces):
         # Unused corners of a smaller polygon, as in the UGRID convention.
         mask = np.ma.getmaskarray(faces)
+        if mask.ndim == 2 and ((mask[:, :-1] & ~mask[:, 1:]).any() or mask[:, :3].any()):
+            raise _refused(
+                "faces have masked corners before others, or fewer than three others",
+                "drop those rows; only the unused corners at the end of smaller polygons can be masked",
+            )
         faces = np.where(mask, -1, np.ma.getdata(faces).astype(np.int64)) if mask.any() else np.asarray(faces)
     try:
         array = np.asarray(faces)

@@ -41,7 +41,7 @@ class Picture:
     pixels : ndarray of uint8, shape (height, width, 4)
         Red, green, blue, opacity.
     range : tuple of float or None
-        The values at the ends of the colours.
+        The values at the ends of the colours; None for labels.
     """
 
     def __init__(
@@ -109,8 +109,8 @@ class Page:
 
 def _shown(
     mesh: Mesh, values: Values, on: On | None
-) -> tuple[On, NDArray[np.float64]]:
-    """Values, and whether they belong to vertices or faces; inferred only if unambiguous."""
+) -> tuple[On, NDArray[np.float64], bool]:
+    """Values, whether they belong to vertices or faces, inferred only if unambiguous, and whether they are labels."""
     import numpy as np
 
     if isinstance(values, str):
@@ -121,7 +121,9 @@ def _shown(
             raise OptionError(f"there is no data {values!r}; there are {names or 'none'}")
         if len(found) > 1:
             raise OptionError(f'vertices and faces have {values!r}; say on="vertex" or on="face"')
-        return found[0], np.require(named[found[0]][values], np.float64, "A")
+        array = named[found[0]][values]
+        return found[0], np.require(array, np.float64, "A"), _are_labels(array)
+    labels = _are_labels(values)
     if np.ma.isMaskedArray(values):
         values = np.ma.filled(np.ma.asarray(values, np.float64), np.nan)
     array = np.require(real_numbers("values", values), np.float64, "A")
@@ -138,7 +140,18 @@ def _shown(
             f"there are {len(array)} values, but {mesh.vertex_count} vertices and {mesh.face_count} faces; "
             f"give {expected}"
         )
-    return on or fitting[0], array
+    return on or fitting[0], array, labels
+
+
+def _are_labels(values: Any) -> bool:
+    """Whether values are integers that can be told apart as 64-bit numbers."""
+    import numpy as np
+
+    # The data of a masked array, whose mask marks missing values.
+    array = np.asarray(np.ma.getdata(values))
+    if array.dtype.kind not in "iub":
+        return False
+    return array.size == 0 or (int(array.max()) <= 2**53 and int(array.min()) >= -(2**53))
 
 
 def _data_of(mesh: Mesh) -> list[tuple[On, Data]]:
@@ -180,7 +193,8 @@ def render(
         See :func:`curvmesh.as_mesh`; an oriented manifold.
     values : str or array_like, optional
         The values shown as colours: the name of data of the mesh, or a number for each vertex or each face. By
-        default the mesh has its own colours or materials.
+        default the mesh has its own colours or materials. Integers are labels: each different value has a colour
+        of its own, unless `colormap`, `range` or `log` is given.
     on : str, optional
         Whether `values` belong to each ``"vertex"`` or each ``"face"``; required if both counts are equal, or
         both have data of that name.
@@ -207,9 +221,9 @@ def render(
     log : bool
         Whether equal steps of colour are equal ratios.
     bar : bool
-        Whether to draw a colour bar beside the values.
+        Whether to draw a legend beside the picture, if there are values.
     label : str
-        The label of the bar; by default the name of the data.
+        The title of the legend; by default the name of the data.
     transparent : bool
         Make the background transparent.
     supersampling : int
@@ -228,6 +242,8 @@ def render(
     """
     given = as_mesh(mesh)
     shown = None if values is None else _shown(given, values, on)
+    if shown is not None and (colormap is not None or range != "auto" or log):
+        shown = (shown[0], shown[1], False)
     name = values if isinstance(values, str) else ""
     if isinstance(direction, str):
         direction = [direction]
@@ -289,7 +305,8 @@ def view(
     names : sequence of str, optional
         The names of the meshes.
     values : mapping or sequence of mappings, optional
-        Further numbers by name for each vertex or face: of all meshes, or one mapping for each.
+        Further numbers by name for each vertex or face: of all meshes, or one mapping for each. Integers are
+        labels: each different value has a colour of its own, unless `colormap` or `range` is given.
     on : str, optional
         Whether `values` belong to each ``"vertex"`` or each ``"face"``; required if both counts are equal.
     directions : bool
@@ -342,11 +359,11 @@ def view(
     exhibits = []
     for number, (thing, more) in enumerate(zip(meshes, of_each)):
         arrows: Any = None
-        fields: dict[str, tuple[On, NDArray[np.float64]]] = {}
+        fields: dict[str, tuple[On, NDArray[np.float64], bool]] = {}
         if isinstance(thing, Curvature):
             mesh = thing.mesh
             shown = ("mean", "gaussian", "k1", "k2", "shape_index", "curvedness")
-            fields = {name: (thing.on, thing[name]) for name in shown}
+            fields = {name: (thing.on, thing[name], False) for name in shown}
             if thing.on == "vertex":
                 arrows = thing.directions
             if color is None:
