@@ -38,7 +38,8 @@ pub(crate) struct Python {
 const TOOLS: [&str; 5] = ["maturin>=1.9,<2", "pytest", "hypothesis", "mypy", "numpy"];
 
 /// Packages that tests compare with.
-const PEERS: [&str; 6] = ["trimesh", "meshio", "libigl", "pymeshlab", "scipy", "pillow"];
+const PEERS: [&str; 7] =
+    ["trimesh", "meshio", "libigl", "pymeshlab", "scipy", "pillow", "py-rattler-build"];
 
 /// Packages that `curvmesh.batch` uses to distribute tasks, to read and to write.
 const ENGINES: [&str; 4] = ["distributed", "ray", "fsspec", "pyarrow"];
@@ -87,12 +88,18 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     // From here on, nothing of the source tree can be imported by accident.
     let outside = folder.join("outside");
     let _ = fs::remove_dir_all(&outside);
-    for part in ["tests", "notebooks", "src", "blender"] {
+    for part in ["tests", "notebooks", "src", "blender", "conda"] {
         copy_folder(&root.join(PACKAGE).join(part), &outside.join(part))?;
     }
-    let readme = outside.join("README.md");
-    fs::copy(root.join(PACKAGE).join("README.md"), &readme).map_err(Failure::writing(&readme))?;
+    let copy_file = |from: PathBuf, name: &str| {
+        let to = outside.join(name);
+        fs::copy(from, &to).map(|_| ()).map_err(Failure::writing(&to))
+    };
+    for name in ["README.md", "pyproject.toml", "Cargo.toml", "LICENSE-MIT", "LICENSE-APACHE"] {
+        copy_file(root.join(PACKAGE).join(name), name)?;
+    }
     copy_folder(&root.join(PACKAGE).join("docs"), &outside.join("docs"))?;
+    copy_file(root.join("docs/tutorials/python.md"), "docs/tutorial.md")?;
     let pyproject = root.join(PACKAGE).join("pyproject.toml");
     let run = |arguments: &[&str]| -> Result<(), Failure> {
         let mut python = environment.python();

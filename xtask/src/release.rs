@@ -173,6 +173,8 @@ fn what_is_left(wheel: &Path, source: &Path, options: &Release) {
     }
     println!("git tag -s v{version} && git push origin v{version}");
     println!("twine upload {} {}", wheel.display(), source.display());
+    println!("sha256sum {}    # for the recipe of conda-forge:", source.display());
+    println!("    crates/python/conda/recipe.yaml, with url and sha256 instead of path");
 }
 
 /// The only package of this kind.

@@ -126,3 +126,30 @@ def test_the_package_is_pickled_across_processes() -> None:
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         small = pool.submit(cm.simplify, cm.examples.globe(3), faces=300).result()
     assert small.mesh == cm.simplify(cm.examples.globe(3), faces=300).mesh
+
+
+def test_the_recipe_of_conda_forge() -> None:
+    """The recipe is valid, and agrees with the package."""
+    rattler_build = pytest.importorskip("rattler_build")
+    folder = Path(__file__).parents[1]
+    recipe = rattler_build.Stage0Recipe.from_file(folder / "conda" / "recipe.yaml")
+    compilers = {"c_stdlib": ["sysroot"], "c_compiler": ["gcc"], "rust_compiler": ["rust"]}
+    (variant,) = recipe.render(rattler_build.VariantConfig(compilers))
+    made = variant.recipe.to_dict()
+    project = (folder / "pyproject.toml").read_text(encoding="utf-8")
+    assert made["package"] == {"name": "curvmesh", "version": cm.__version__}
+    (numpy,) = (line for line in made["requirements"]["run"] if line.startswith("numpy"))
+    assert f'dependencies = ["{numpy.replace(" ", "")}"]' in project
+    (maturin,) = (line for line in made["requirements"]["host"] if line.startswith("maturin"))
+    assert f'requires = ["{maturin.replace(" ", "")}"]' in project
+    oldest = made["context"]["python_min"]
+    assert f'requires-python = ">={oldest}"' in project
+    assert f"abi3-py{oldest.replace('.', '')}" in (folder / "Cargo.toml").read_text(encoding="utf-8")
+    assert "noarch" not in made["build"] and made["build"]["python"]["version_independent"] is True
+    about = made["about"]
+    assert f'license = "{about["license"]}"' in project
+    shipped = [name for name in about["license_file"] if not name.startswith("THIRDPARTY")]
+    assert sorted(shipped) == ["LICENSE-APACHE", "LICENSE-MIT"]
+    assert all((folder / name).exists() for name in shipped)
+    imports = [name for test in made["tests"] for name in test.get("python", {}).get("imports", [])]
+    assert imports == ["curvmesh", "curvmesh.batch"]
