@@ -106,7 +106,7 @@ fn run(page: &Path) -> usize {
         assert!(output.status.success(), "{}: {line}: {stderr}", page.display());
     }
     if is_rewriting() {
-        for image in targets(&text).into_iter().filter(|link| link.ends_with(".png")) {
+        for image in targets(&text).into_iter().filter(|link| is_picture(link)) {
             let made = folder.path().join(Path::new(image).file_name().unwrap());
             if made.exists() {
                 fs::copy(made, page.parent().unwrap().join(image)).unwrap();
@@ -114,6 +114,23 @@ fn run(page: &Path) -> usize {
         }
     }
     lines.len()
+}
+
+/// Whether a link leads to a picture that commands make.
+fn is_picture(link: &str) -> bool {
+    [".png", ".svg"].iter().any(|extension| link.ends_with(extension))
+}
+
+/// Every tutorial shows what its commands make.
+#[test]
+fn every_tutorial_has_a_picture_of_its_own() {
+    for page in pages("docs/tutorials") {
+        let text = fs::read_to_string(&page).unwrap();
+        let code: String = text.split("```").skip(1).step_by(2).collect();
+        let shown = targets(&text).into_iter().filter(|link| is_picture(link));
+        let made = shown.filter(|link| code.contains(&link.replace("../images/", ""))).count();
+        assert!(made > 0, "{}", page.display());
+    }
 }
 
 fn is_rewriting() -> bool {

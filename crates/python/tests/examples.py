@@ -1,4 +1,7 @@
-"""Runs every example in the docstrings, in the README and on the page about batch processing."""
+"""Runs every example in the docstrings, in the README, in the tutorial and on the page about batch processing.
+
+With ``CURVMESH_BOOK=rewrite`` the pictures that a page makes replace the pictures that it shows.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import importlib
 import os
 import pkgutil
 import re
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -31,7 +35,10 @@ def main() -> None:
         results = doctest.testmod(module, optionflags=OPTIONS)
         failed, attempted = failed + results.failed, attempted + results.attempted
     root = Path(__file__).parent.parent
-    for page in (root / "README.md", root / "docs" / "batch.md"):
+    # `cargo xtask python` copies the tutorial beside the other pages.
+    copied = root / "docs" / "tutorial.md"
+    tutorial = copied if copied.exists() else root.parent.parent / "docs" / "tutorials" / "python.md"
+    for page in (root / "README.md", root / "docs" / "batch.md", tutorial):
         told = run(page)
         failed, attempted = failed + told[0], attempted + told[1]
     print(f"{attempted - failed} passed, {failed} failed")
@@ -43,7 +50,7 @@ def run(page: Path) -> tuple[int, int]:
     failed = attempted = 0
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        curvmesh.write("scan.ply", curvmesh.shapes.sphere(5))
+        curvmesh.write("scan.ply", curvmesh.examples.scan(5))
         names: dict[str, object] = {}
         for code in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
             attempted += 1
@@ -54,6 +61,11 @@ def run(page: Path) -> tuple[int, int]:
             except Exception as error:
                 failed += 1
                 print(f"in {page.name}: {type(error).__name__}: {error}\n{code}")
+        if os.environ.get("CURVMESH_BOOK") == "rewrite":
+            for link in re.findall(r"!\[.*?\]\((.*?)\)", page.read_text(encoding="utf-8")):
+                made = Path(folder) / Path(link).name
+                if made.exists():
+                    shutil.copy(made, page.parent / link)
         os.chdir(page.parent)
     return failed, attempted
 
