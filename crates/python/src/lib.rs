@@ -58,7 +58,7 @@ mod _core {
     #[pymodule_export]
     use crate::patch::{CoverData, patch};
     #[pymodule_export]
-    use crate::picture::render;
+    use crate::picture::{figure, render};
     #[pymodule_export]
     use crate::program::run_program;
     #[pymodule_export]

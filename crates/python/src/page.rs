@@ -52,9 +52,7 @@ struct Told {
 impl ExhibitGiven<'_> {
     fn told(self) -> Result<Told, Failure> {
         let mesh = &*self.mesh;
-        let field = |(name, given): &(String, ValuesGiven<'_>)| {
-            Ok((name.clone(), given.of(mesh)?))
-        };
+        let field = |(name, given): &(String, ValuesGiven<'_>)| Ok((name.clone(), given.of(mesh)?));
         let values = self.values.iter().map(field).collect::<Result<Vec<_>, Failure>>()?;
         let directions = match &self.directions {
             Some(array) => Some(directions(array, mesh.model().soup.vertex_count())?),

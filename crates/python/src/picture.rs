@@ -1,11 +1,12 @@
-//! `curvmesh.render`.
+//! `curvmesh.render` and `curvmesh.figure`.
 
 use mesh_core::glam::DVec3;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
-    ColorMap, Legend, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style,
-    Texture, View, render as draw, sheet,
+    ColorMap, Drawing, Legend, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side,
+    Style, Texture, View, draw_svg, render as draw, sheet,
 };
+use mesh_work::Source;
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -130,6 +131,94 @@ impl ValuesGiven<'_> {
     }
 }
 
+/// What is drawn, from where, and how.
+struct Job {
+    shown: Option<Shown>,
+    seen: Seen,
+    how: Style,
+    scale: ScaleOptions,
+    plain: bool,
+}
+
+impl Job {
+    fn new(
+        mesh: &MeshData,
+        shown: Option<&ValuesGiven<'_>>,
+        style: &StyleGiven,
+    ) -> Result<Self, Failure> {
+        let scale = scale_options(style.colormap.as_deref(), &style.range, style.log)?;
+        let shown = shown.map(|shown| shown.of(mesh)).transpose()?;
+        Ok(Self { shown, seen: style.seen()?, how: style.style()?, scale, plain: style.plain })
+    }
+
+    fn painting(&self, source: Source<'_>) -> Result<Painting, Failure> {
+        let (provenance, scale) = (source.provenance, self.scale);
+        Ok(match &self.shown {
+            Some(Shown { on_vertices, is_label, values }) => match (on_vertices, is_label) {
+                (true, true) => Painting::of_vertex_labels(provenance, values),
+                (false, true) => Painting::of_face_labels(provenance, values),
+                (true, false) => Painting::of_vertex_values(provenance, values, scale),
+                (false, false) => Painting::of_face_values(provenance, values, scale),
+            },
+            None if self.plain => Painting::Plain,
+            None => {
+                let options =
+                    PictureOptions { formats: Texture::FORMATS, ..PictureOptions::default() };
+                let pictures = || Pictures::of_model(source.model, &options);
+                Painting::of_content(source.model, provenance, pictures)?
+            }
+        })
+    }
+}
+
+/// The view of a mesh from a direction.
+fn view_of(source: Source<'_>, toward: DVec3, up: DVec3) -> Result<View, Failure> {
+    View::of(source.mesh, toward, up).ok_or_else(|| Failure::cannot("the mesh has no faces"))
+}
+
+/// The values at the ends of the colours.
+fn ends(legend: Option<&Legend>) -> Option<[f64; 2]> {
+    legend.and_then(Legend::scale).map(|scale| [scale.low, scale.high])
+}
+
+/// The text of an SVG file, its size in pixels, its number of faces, and the values at the ends of the colours.
+type Figure = (String, [u32; 2], usize, Option<[f64; 2]>);
+
+/// A picture as vectors.
+#[pyfunction]
+pub(crate) fn figure(
+    py: Python<'_>,
+    call: &Call,
+    mesh: &MeshData,
+    shown: Option<ValuesGiven<'_>>,
+    style: StyleGiven,
+) -> PyResult<Figure> {
+    let job = Job::new(mesh, shown.as_ref(), &style).and_then(|job| match &job.seen {
+        Seen::Sides(sides) if sides.len() != 1 => {
+            Err(Failure::option("a figure has one view; give one side, or use render"))
+        }
+        _ => Ok(job),
+    });
+    let job = job.map_err(|failure| failure.raise(py))?;
+    let content = mesh.content();
+    run(py, call, move |_| -> Result<_, Ended> {
+        let source = content.source()?;
+        let painting = job.painting(source)?;
+        let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
+        let (toward, up) = match &job.seen {
+            Seen::From(toward, up) => (*toward, *up),
+            Seen::Sides(sides) => {
+                sides.first().map_or((DVec3::Z, DVec3::Y), |side| (side.toward(), side.up()))
+            }
+        };
+        let legend = painting.legend();
+        let beside = legend.filter(|_| style.bar).map(|legend| (legend, &*style.label));
+        let drawing = draw_svg(&scene, &view_of(source, toward, up)?, &job.how, beside);
+        let Drawing { svg, size, faces, .. } = drawing.map_err(Failure::from)?;
+        Ok((svg, size, faces, ends(legend)))
+    })
+}
+
 /// The bytes of a PNG file, the pixels, and the values at the ends of the colours.
 type Drawn<'py> = (Bound<'py, PyBytes>, Bound<'py, PyArray3<u8>>, Option<[f64; 2]>);
 
@@ -142,42 +231,17 @@ pub(crate) fn render<'py>(
     shown: Option<ValuesGiven<'py>>,
     style: StyleGiven,
 ) -> PyResult<Drawn<'py>> {
-    let settings = || -> Result<_, Failure> {
-        let scale = scale_options(style.colormap.as_deref(), &style.range, style.log)?;
-        let shown = shown.as_ref().map(|shown| shown.of(mesh)).transpose()?;
-        Ok((shown, style.seen()?, style.style()?, scale))
-    };
-    let (shown, seen, how, scale) = settings().map_err(|failure| failure.raise(py))?;
+    let job = Job::new(mesh, shown.as_ref(), &style).map_err(|failure| failure.raise(py))?;
     let content = mesh.content();
     let (png, picture, range) = run(py, call, move |_| -> Result<_, Ended> {
         let source = content.source()?;
-        let painting = match &shown {
-            Some(Shown { on_vertices, is_label, values }) => {
-                let provenance = source.provenance;
-                match (on_vertices, is_label) {
-                    (true, true) => Painting::of_vertex_labels(provenance, values),
-                    (false, true) => Painting::of_face_labels(provenance, values),
-                    (true, false) => Painting::of_vertex_values(provenance, values, scale),
-                    (false, false) => Painting::of_face_values(provenance, values, scale),
-                }
-            }
-            None if style.plain => Painting::Plain,
-            None => {
-                let options =
-                    PictureOptions { formats: Texture::FORMATS, ..PictureOptions::default() };
-                let pictures = || Pictures::of_model(source.model, &options);
-                Painting::of_content(source.model, source.provenance, pictures)
-                    .map_err(Failure::from)?
-            }
-        };
+        let (painting, how) = (job.painting(source)?, &job.how);
         let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
         let from = |toward, up| -> Result<Picture, Ended> {
-            let view = View::of(source.mesh, toward, up);
-            let view = view.ok_or_else(|| Failure::cannot("the mesh has no faces"))?;
-            Ok(draw(&scene, &view, &how).map_err(Failure::from)?)
+            Ok(draw(&scene, &view_of(source, toward, up)?, how).map_err(Failure::from)?)
         };
-        let mut picture = match seen {
-            Seen::From(toward, up) => from(toward, up)?,
+        let mut picture = match &job.seen {
+            Seen::From(toward, up) => from(*toward, *up)?,
             Seen::Sides(sides) if sides.len() == 1 => from(sides[0].toward(), sides[0].up())?,
             Seen::Sides(sides) => {
                 let view = |side: &Side| -> Result<_, Ended> {
@@ -193,9 +257,8 @@ pub(crate) fn render<'py>(
             let whole = legend.beside(&picture, &style.label, how.background);
             picture = whole.map_err(Failure::from)?;
         }
-        let scale = legend.and_then(Legend::scale);
         let png = picture.to_png().map_err(Failure::from)?;
-        Ok((png, picture, scale.map(|scale| [scale.low, scale.high])))
+        Ok((png, picture, ends(legend)))
     })?;
     let shape = [picture.height() as usize, picture.width() as usize, 4];
     let pixels: Vec<u8> = picture.pixels().as_flattened().to_vec();

@@ -143,6 +143,23 @@ def test_levels(scan: Path, tmp_path: Path, program: Run) -> None:
         cm.Record.load(record, cm.shapes.octahedron())
 
 
+def test_figures(scan: Path, tmp_path: Path, program: Run) -> None:
+    mesh = cm.read(scan)
+    mesh.face_data["part"] = np.arange(mesh.face_count) // 100
+    source, out, ours = tmp_path / "in.ply", tmp_path / "out.svg", tmp_path / "ours.svg"
+    cm.write(source, mesh, precision="double")
+    options = ["--property", "part", "--edges", 0.5, "--direction", "front", "--size", "300,200"]
+    told = json.loads(program("render", source, "-o", out, *options, "--json").stdout)
+    figure = cm.figure(cm.read(source), "part", edges=0.5, direction="front", size=(300, 200))
+    figure.save(ours)
+    assert ours.read_bytes() == out.read_bytes()
+    assert (figure.size, figure.faces) == ((told["width"], told["height"]), told["drawn_faces"])
+    assert figure.range is None and figure._repr_svg_() == figure.svg
+    assert 0 < figure.faces < mesh.face_count
+    with pytest.raises(cm.OptionError, match="one view"):
+        cm.figure(mesh, direction=["front", "top"])  # type: ignore[list-item]
+
+
 def test_info_repair_subdivide(scan: Path, tmp_path: Path, program: Run) -> None:
     told = json.loads(program("info", scan, "--json").stdout)
     found = cm.info(scan)

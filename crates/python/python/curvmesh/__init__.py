@@ -49,7 +49,7 @@ if TYPE_CHECKING:
         simplify_scene,
         write_scene,
     )
-    from ._geometry.show import Page, Picture, render, view
+    from ._geometry.show import Figure, Page, Picture, figure, render, view
     from ._geometry.simplify import (
         Charts,
         Edges,
@@ -77,7 +77,7 @@ _PLACES = {
     "_geometry.mesh": "Data Mesh",
     "_geometry.patch": "Cover patch",
     "_geometry.scene": "MeshOfLevel MeshOfScene Scene SceneLevel SceneLevels SimplifiedScene lod_scene read_scene simplify_scene write_scene",
-    "_geometry.show": "Page Picture render view",
+    "_geometry.show": "Figure Page Picture figure render view",
     "_geometry.simplify": "Charts Edges ErrorBounds Fit Level Levels Record Shortfall Simplified TurnedOver lod simplify",
 }
 _MODULE_OF = {name: module for module, names in _PLACES.items() for name in names.split()}
@@ -98,6 +98,7 @@ __all__ = [
     "Edges",
     "ErrorBounds",
     "FaceCost",
+    "Figure",
     "Fit",
     "Flipped",
     "Info",
@@ -137,6 +138,7 @@ __all__ = [
     "curvature",
     "distance",
     "examples",
+    "figure",
     "flip",
     "info",
     "lod",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from .._options import Layout, On, Up
 
-__all__ = ["Page", "Picture", "render", "view"]
+__all__ = ["Figure", "Page", "Picture", "figure", "render", "view"]
 
 #: The name of data of vertices or faces, or an array with a value for each of them.
 Values = Union[str, "ArrayLike", None]
@@ -62,6 +62,42 @@ class Picture:
 
     def _repr_png_(self) -> bytes:
         return self.png
+
+
+class Figure:
+    """A picture as vectors, displayed in notebooks.
+
+    Attributes
+    ----------
+    svg : str
+        The file.
+    size : (int, int)
+        Width and height in pixels, with the legend.
+    faces : int
+        The number of faces in the file: those that are seen.
+    range : tuple of float or None
+        The values at the ends of the colours; None for labels.
+    """
+
+    def __init__(
+        self, svg: str, size: tuple[int, int], faces: int, range: tuple[float, float] | None
+    ) -> None:
+        self.svg = svg
+        self.size = size
+        self.faces = faces
+        self.range = range
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the SVG file."""
+        with open(path, "w", encoding="utf-8", newline="\n") as file:
+            file.write(self.svg)
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        return f"Figure({width} x {height}, {self.faces} faces)"
+
+    def _repr_svg_(self) -> str:
+        return self.svg
 
 
 class Page:
@@ -141,6 +177,16 @@ def _shown(
             f"give {expected}"
         )
     return on or fitting[0], array, labels
+
+
+def _colored(
+    mesh: Mesh, values: Values, on: On | None, is_scaled: bool
+) -> tuple[On, NDArray[np.float64], bool] | None:
+    """Values to be shown as colours. Who names a scale of colours wants amounts."""
+    if values is None:
+        return None
+    kind, array, labels = _shown(mesh, values, on)
+    return kind, array, labels and not is_scaled
 
 
 def _are_labels(values: Any) -> bool:
@@ -241,14 +287,9 @@ def render(
     Picture(... x 200)
     """
     given = as_mesh(mesh)
-    shown = None if values is None else _shown(given, values, on)
-    if shown is not None and (colormap is not None or range != "auto" or log):
-        shown = (shown[0], shown[1], False)
-    name = values if isinstance(values, str) else ""
-    if isinstance(direction, str):
-        direction = [direction]
+    shown = _colored(given, values, on, colormap is not None or range != "auto" or log)
     style = {
-        "direction": list(direction),
+        "direction": [direction] if isinstance(direction, str) else list(direction),
         "up": list(up),
         "size": list(size),
         "edges": edges,
@@ -258,7 +299,7 @@ def render(
         "transparent": transparent,
         "supersampling": supersampling,
         "plain": plain,
-        "label": label or name,
+        "label": label or (values if isinstance(values, str) else ""),
         "colormap": colormap,
         "range": _range(range),
         "log": log,
@@ -267,6 +308,76 @@ def render(
     with calling("drawing", None, threads) as call:
         png, pixels, ends = _core.render(call, given._data, shown, style)
     return Picture(png, pixels, None if ends is None else (ends[0], ends[1]))
+
+
+@checked
+def figure(
+    mesh: Any,
+    values: Values = None,
+    *,
+    on: On | None = None,
+    direction: str | Sequence[float] = (0.4, 0.3, 1.0),
+    up: Sequence[float] = (0.0, 1.0, 0.0),
+    size: tuple[int, int] = (900, 900),
+    edges: float = 0.0,
+    outlines: float = 0.0,
+    crease: float | None = None,
+    smooth: bool = False,
+    plain: bool = False,
+    colormap: str | None = None,
+    range: str | tuple[float, float] = "auto",
+    log: bool = False,
+    bar: bool = True,
+    label: str = "",
+    supersampling: int = 2,
+    threads: int | None = None,
+) -> Figure:
+    """Draw a mesh as vectors, for figures of papers: an SVG file with a transparent background.
+
+    It has the faces that are seen, each in the colour of its middle, edges, outlines and the legend. Faces are
+    drawn from the farthest to the nearest; if faces pass through each other, the order can be wrong.
+
+    Parameters
+    ----------
+    mesh, values, on, up, size, edges, outlines, crease, smooth, plain, colormap, range, log, bar, label
+        As for :func:`render`.
+    direction : sequence of float or str
+        From the model to the camera, or one side.
+    supersampling : int
+        Samples per pixel and direction, from 1 to 8, that decide which faces are seen.
+
+    Returns
+    -------
+    Figure
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> cm.figure(cm.shapes.cube(), direction="corner", edges=1, size=(300, 200))
+    Figure(300 x 200, 6 faces)
+    """
+    given = as_mesh(mesh)
+    shown = _colored(given, values, on, colormap is not None or range != "auto" or log)
+    style = {
+        "direction": [direction] if isinstance(direction, str) else list(direction),
+        "up": list(up),
+        "size": list(size),
+        "edges": edges,
+        "outlines": outlines,
+        "crease": crease,
+        "smooth": smooth,
+        "transparent": True,
+        "supersampling": supersampling,
+        "plain": plain,
+        "label": label or (values if isinstance(values, str) else ""),
+        "colormap": colormap,
+        "range": _range(range),
+        "log": log,
+        "bar": bar,
+    }
+    with calling("drawing", None, threads) as call:
+        svg, extent, faces, ends = _core.figure(call, given._data, shown, style)
+    return Figure(svg, (extent[0], extent[1]), faces, None if ends is None else (ends[0], ends[1]))
 
 
 @checked
