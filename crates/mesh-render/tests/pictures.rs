@@ -195,6 +195,13 @@ fn ugly_meshes_are_drawn() {
             let view = View::of_side(&mesh, side).unwrap();
             let style = Style { smooth: true, edge_width: 1.0, silhouette_width: 1.0, ..CLEAR };
             assert!(render(&Scene::of(&mesh), &view, &style).is_ok());
+            let drawing = draw_svg(&Scene::of(&mesh), &view, &style, None).unwrap();
+            check_xml(&drawing.svg);
+            assert!(
+                !drawing.svg.contains("NaN") && !drawing.svg.contains("inf"),
+                "{}",
+                drawing.svg
+            );
         }
     }
 }
@@ -287,6 +294,60 @@ fn drawings_hold_the_faces_that_are_seen() {
             same += u32::from([r, g, b].iter().zip(fill).all(|(a, b)| a.abs_diff(b) < 4));
         }
         assert!(f64::from(same) > 0.85 * faces.len() as f64, "{same} of {}", faces.len());
+    }
+}
+
+/// The number of faces that are nearest to the camera, which looks along -z, at the middle of any pixel.
+fn seen_from_the_front(mesh: &TriMesh, [width, height]: [u32; 2]) -> usize {
+    let bounds = mesh.bounding_box().unwrap();
+    let (center, half) = (bounds.center(), 0.5 * bounds.extent());
+    let [w, h] = [width, height].map(f64::from);
+    let scale = (0.5 * h / half.y).min(0.5 * w / half.x);
+    let flat = |p: DVec3| {
+        DVec3::new(0.5 * w + scale * (p.x - center.x), 0.5 * h - scale * (p.y - center.y), p.z)
+    };
+    let faces: Vec<[DVec3; 3]> = mesh
+        .topology()
+        .triangles()
+        .map(|t| t.map(|v| flat(mesh.positions()[v as usize])))
+        .collect();
+    let cross = |a: DVec3, b: DVec3, c: DVec3| (b - a).truncate().perp_dot((c - a).truncate());
+    let mut seen = std::collections::BTreeSet::new();
+    for (x, y) in (0..width).flat_map(|x| (0..height).map(move |y| (x, y))) {
+        let p = DVec3::new(f64::from(x) + 0.5, f64::from(y) + 0.5, 0.0);
+        let depth = |&[a, b, c]: &[DVec3; 3]| {
+            let weights =
+                [cross(p, b, c), cross(p, c, a), cross(p, a, b)].map(|w| w / cross(a, b, c));
+            let depth = weights[0] * a.z + weights[1] * b.z + weights[2] * c.z;
+            weights.iter().all(|&w| w >= 0.0).then_some(depth)
+        };
+        let hits = faces.iter().enumerate().filter_map(|(i, face)| Some((i, depth(face)?)));
+        seen.extend(hits.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i));
+    }
+    seen.len()
+}
+
+#[test]
+fn drawings_hold_exactly_the_faces_that_are_seen() {
+    let (ring, ball) = (
+        mesh(&Torus { major: 5.0, minor: 2.0 }.mesh(40, 20).unwrap()),
+        mesh(&Sphere { radius: 2.5 }.icosphere(3).unwrap()),
+    );
+    // Turned, so that no edge runs through the middle of a pixel.
+    let turn = glam::DQuat::from_scaled_axis(DVec3::new(0.9, 0.3, 0.2));
+    let positions: Vec<DVec3> =
+        ring.positions().iter().chain(ball.positions()).map(|&p| turn * p).collect();
+    let first = ring.positions().len() as u32;
+    let inner = ball.topology().triangles().map(|corners| corners.map(|v| v + first));
+    let triangles: Vec<[u32; 3]> = ring.topology().triangles().chain(inner).collect();
+    let both = TriMesh::from_triangles(&positions, &triangles).unwrap();
+    let view = View::of_side(&both, Side::Front).unwrap();
+    for size in [[120, 90], [60, 100]] {
+        let style = Style { size, supersampling: 1, ..CLEAR };
+        let drawing = draw_svg(&Scene::of(&both), &view, &style, None).unwrap();
+        let seen = seen_from_the_front(&both, size);
+        assert_eq!((drawing.faces, faces_of(&drawing).len()), (seen, seen), "{size:?}");
+        assert!((400..2000).contains(&seen), "{seen}");
     }
 }
 
