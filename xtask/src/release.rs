@@ -174,7 +174,7 @@ fn what_is_left(wheel: &Path, source: &Path, options: &Release) {
     println!("git tag -s v{version} && git push origin v{version}");
     println!("twine upload {} {}", wheel.display(), source.display());
     println!("sha256sum {}    # for the recipe of conda-forge:", source.display());
-    println!("    crates/python/conda/recipe.yaml, with url and sha256 instead of path");
+    println!("    crates/python/conda/recipe.yaml says what a feedstock changes in it");
 }
 
 /// The only package of this kind.
