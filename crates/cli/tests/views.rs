@@ -242,6 +242,9 @@ fn integers_are_labels() {
     assert_eq!(text(&mut browser, "#swatches"), "-700001");
     browser.set("color", "face:component");
     assert_eq!(text(&mut browser, "#swatches"), "01");
+    done(folder, &["view", "l.ply", "-o", "c.html", "--color", "component"]);
+    browser.open_view(&folder.join("c.html"));
+    assert_eq!(text(&mut browser, "#quantity"), "component");
     done(folder, &["view", "l.ply", "-o", "m.html", "--colormap", "magma"]);
     browser.open_view(&folder.join("m.html"));
     assert!(browser.eval("document.getElementById('swatches').hidden") == true);
@@ -291,7 +294,8 @@ fn what_makes_no_sense_is_a_usage_error() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     bumps(folder, "a.ply", 4);
-    let wrong: [&[&str]; 6] = [
+    let wrong: [&[&str]; 7] = [
+        &["view", "a.ply", "-o", "x.html", "--color", "component"],
         &["render", "a.ply", "-o", "x.png", "--property", "none"],
         &["render", "a.ply", "-o", "x.png", "--range", "0,1"],
         &["render", "a.ply", "-o", "x.png", "--size", "0,9"],

@@ -185,6 +185,16 @@ impl Default for Surface {
 }
 
 impl Exhibit {
+    /// The key of the colours of components in [`crate::Start::color`].
+    pub const COMPONENTS: &'static str = "face:component";
+
+    /// Whether a page offers colours of components: the mesh has several.
+    #[must_use]
+    pub fn has_components(&self) -> bool {
+        let is_several = |count: &str| !["0", "1"].contains(&count);
+        self.facts.iter().any(|(name, count)| name == "components" && is_several(count))
+    }
+
     /// A mesh without further data, with its counts as facts.
     #[must_use]
     pub fn of_mesh(name: impl Into<String>, mesh: &TriMesh) -> Self {

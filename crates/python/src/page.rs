@@ -165,6 +165,9 @@ fn key(page: &Page, color: String) -> Result<String, Failure> {
     if ["plain", "material", "vertexColors", "faceColors"].contains(&&*color) {
         return Ok(color);
     }
+    if color == "component" && page.exhibits.iter().any(Exhibit::has_components) {
+        return Ok(Exhibit::COMPONENTS.into());
+    }
     let mut names: Vec<&str> = fields().map(|field| &*field.name).collect();
     names.sort_unstable();
     names.dedup();

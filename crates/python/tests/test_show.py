@@ -75,8 +75,11 @@ def test_a_page_turns_meshes(bumpy: cm.Mesh, tmp_path: Path) -> None:
     assert "shape_index" in k.html and "Direction of k1" in k.html
     broken = cm.Mesh(bumpy.vertices, np.vstack([bumpy.faces, bumpy.faces[:1]]))
     assert cm.view(broken).html
-    with pytest.raises(cm.OptionError):
-        cm.view(bumpy, color="nothing")
+    for name in ("nothing", "component"):
+        with pytest.raises(cm.OptionError):
+            cm.view(bumpy, color=name)
+    two = cm.Mesh(np.vstack([bumpy.vertices, bumpy.vertices + 5]), np.vstack([bumpy.faces, bumpy.faces + bumpy.vertex_count]))
+    assert '"color":"face:component"' in cm.view(two, color="component").html
     assert '"up":"-z"' in cm.view(bumpy, up="-z").html
     with pytest.raises(cm.OptionError, match="up"):
         cm.view(bumpy, up="w")  # type: ignore[arg-type]

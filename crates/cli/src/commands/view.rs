@@ -48,7 +48,7 @@ pub(crate) struct View {
     /// terrain, z for surveys and STL, and y otherwise
     #[arg(long, value_name = "AXIS", default_value = "auto", allow_hyphen_values = true, value_parser = parse_up)]
     up: UpGiven,
-    /// The property that is shown at first; `plain` for none
+    /// The property that is shown at first; `component` for a colour per component, `plain` for none
     #[arg(long, value_name = "NAME")]
     color: Option<String>,
     /// Also compute curvatures and principal directions of the vertices
@@ -208,7 +208,13 @@ impl View {
         page.start.range = self.colors.given_range();
         if let Some(color) = &self.color {
             let fields = || page.exhibits.iter().flat_map(|e| &e.fields);
-            let key = fields().find(|field| field.name == *color).map(Field::key);
+            let mut key = fields().find(|field| field.name == *color).map(Field::key);
+            if key.is_none() && color == "component" {
+                if !page.exhibits.iter().any(Exhibit::has_components) {
+                    return Err(Failure::usage("no mesh has several components"));
+                }
+                key = Some(Exhibit::COMPONENTS.into());
+            }
             if key.is_none() && color != "plain" {
                 let mut names: Vec<&str> = fields().map(|field| &*field.name).collect();
                 names.sort_unstable();

@@ -80,7 +80,7 @@ const meshes = page.meshes.map((source, number) => {
     radius: 0.5 * Math.hypot(...source.extent) || 1e-9, cache: {} };
   const parts = source.facts.find(([name]) => name === 'components')?.[1] ?? '1';
   // Found only when they are asked for. With merged vertices, they would be others than those of the file.
-  if (parts !== '1' && !source.simplified && !fields.has('face:component')) {
+  if (!['0', '1'].includes(parts) && !source.simplified && !fields.has('face:component')) {
     fields.set('face:component', { name: 'component', on: 'face', signed: false, range: null, label: true, fine: null, lazy: true, get values() { return mesh.cache.components ??= componentsOf(mesh); } });
   }
   return mesh;

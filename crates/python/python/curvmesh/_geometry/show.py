@@ -423,7 +423,7 @@ def view(
     directions : bool
         Whether principal directions of the vertices are computed and shown on demand.
     color : str, optional
-        The data initially shown as colours: a name, or ``"plain"``.
+        The data initially shown as colours: a name, ``"component"`` if a mesh has several, or ``"plain"``.
     colormap, range
         As for :func:`render`; both can be changed on the page.
     layout : str
