@@ -18,6 +18,8 @@ mod input;
 mod item;
 mod losses;
 mod lost;
+#[cfg(feature = "gltf")]
+mod meshopt;
 mod model;
 mod notes;
 #[cfg(any(feature = "obj", feature = "gltf"))]

@@ -2,6 +2,7 @@
 
 mod built_scene;
 mod companions;
+mod compressed;
 mod external;
 mod faults;
 mod formats;

@@ -1,5 +1,6 @@
 //! The values of accessors, with every index checked.
 
+use super::compressed::decompress;
 use super::schema::{Accessor, Root, Shape, SparsePart};
 use crate::error::{Location, ReadErrorKind};
 use crate::scalars::ScalarType;
@@ -9,6 +10,23 @@ use std::sync::Arc;
 pub(crate) struct Document {
     pub root: Root,
     pub buffers: Vec<Bytes>,
+}
+
+/// A part of a buffer.
+pub(super) fn part(
+    buffer: &[u8],
+    start: u64,
+    length: u64,
+    place: impl FnOnce() -> Location,
+) -> Result<&[u8], ReadErrorKind> {
+    let bytes = usize::try_from(start)
+        .ok()
+        .zip(usize::try_from(start.saturating_add(length)).ok())
+        .and_then(|(start, end)| buffer.get(start..end));
+    bytes.ok_or_else(|| {
+        let expected = format!("a view within the {} bytes of its buffer", buffer.len());
+        ReadErrorKind::malformed(place(), expected, format!("{length} bytes from {start}"))
+    })
 }
 
 /// The bytes of a buffer: a prefix of a file, which several buffers may share.
@@ -106,28 +124,15 @@ impl Document {
         path: &str,
     ) -> Result<(&[u8], Option<usize>), ReadErrorKind> {
         let view = item(&self.root.buffer_views, index, "buffer views", path)?;
+        let stride = view.byte_stride.map(|stride| stride as usize);
         let buffer = item(&self.buffers, view.buffer, "buffers", path)?.get();
-        let here = || format!("bufferViews[{index}]");
-        if let Some(extension) = view.extensions.meshopt()
+        if let Some(compressed) = view.extensions.compressed()
             && buffer.is_empty()
         {
-            return Err(ReadErrorKind::Unsupported {
-                at: at(&here()),
-                what: format!("the extension {extension} without other data"),
-                cure: "export the file without it",
-            });
+            return Ok((decompress(self, index, view, compressed)?, stride));
         }
-        let start = view.byte_offset;
-        let bytes = usize::try_from(start)
-            .ok()
-            .zip(usize::try_from(start.saturating_add(view.byte_length)).ok())
-            .and_then(|(start, end)| buffer.get(start..end));
-        let bytes = bytes.ok_or_else(|| {
-            let expected = format!("a view within the {} bytes of its buffer", buffer.len());
-            let found = format!("{} bytes from {start}", view.byte_length);
-            ReadErrorKind::malformed(at(&here()), expected, found)
-        })?;
-        Ok((bytes, view.byte_stride.map(|stride| stride as usize)))
+        let place = || at(&format!("bufferViews[{index}]"));
+        Ok((part(buffer, view.byte_offset, view.byte_length, place)?, stride))
     }
 
     /// The number of components of the values of an accessor.

@@ -1,6 +1,7 @@
 //! The binary container, and the buffers of a document.
 
 use super::accessor::Bytes;
+use super::compressed::fallbacks;
 use super::schema::Root;
 use crate::error::{Location, ReadErrorKind};
 use crate::external::{Files, open};
@@ -93,7 +94,9 @@ pub(crate) fn buffers(
     files: &Files<'_>,
     input: &mut Input<'_>,
 ) -> Result<Vec<Bytes>, ReadErrorKind> {
-    let mut others = Others::find(root, files)?;
+    let fallbacks = fallbacks(root);
+    let is_fallback = |index: usize| fallbacks.get(index).copied().unwrap_or(false);
+    let mut others = Others::find(root, files, &is_fallback)?;
     let load = |(index, buffer): (usize, &super::schema::Buffer)| {
         let at = place(index);
         let all = match &buffer.uri {
@@ -104,13 +107,17 @@ pub(crate) fn buffers(
                     input.spend(bytes.len() as u64, || at.clone())?;
                     Arc::new(bytes)
                 }
-                None => others.bytes(uri, input, &at)?,
+                None => match others.bytes(uri, input, &at) {
+                    Err(ReadErrorKind::MissingResource { .. }) if is_fallback(index) => {
+                        Arc::default()
+                    }
+                    bytes => bytes?,
+                },
             },
             None if index == 0 => Arc::new(binary.take().unwrap_or_default()),
             None => Arc::default(),
         };
-        // A fallback buffer of compressed data may be missing until it is used.
-        if all.is_empty() && buffer.extensions.meshopt().is_some() {
+        if all.is_empty() && is_fallback(index) {
             return Ok(Bytes::default());
         }
         if (all.len() as u64) < buffer.byte_length {
@@ -142,7 +149,12 @@ struct OtherFile {
 }
 
 impl<'d> Others<'d> {
-    fn find(root: &'d Root, files: &Files<'_>) -> Result<Self, ReadErrorKind> {
+    /// The files for the names in the document. Files of fallbacks need not be there.
+    fn find(
+        root: &'d Root,
+        files: &Files<'_>,
+        is_fallback: &impl Fn(usize) -> bool,
+    ) -> Result<Self, ReadErrorKind> {
         let mut all = Self { names: HashMap::new(), files: Vec::new() };
         let mut places: HashMap<PathBuf, usize> = HashMap::new();
         for (index, buffer) in root.buffers.iter().enumerate() {
@@ -155,9 +167,11 @@ impl<'d> Others<'d> {
                 Entry::Vacant(new) => {
                     // The name is resolved before any access to the file.
                     let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-                    let path = files
-                        .resolve(&name)
-                        .map_err(|reason| missing(uri, reason, &place(index)))?;
+                    let path = match files.resolve(&name) {
+                        Ok(path) => path,
+                        Err(_) if is_fallback(index) => continue,
+                        Err(reason) => return Err(missing(uri, reason, &place(index))),
+                    };
                     let place = *places.entry(path.clone()).or_insert_with(|| {
                         all.files.push(OtherFile { path, length: 0, bytes: None });
                         all.files.len() - 1

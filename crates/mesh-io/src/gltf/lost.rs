@@ -8,7 +8,7 @@ const NO_SCENE: &str = "a model is one mesh in world coordinates, without a scen
 const REST_POSE: &str = "the mesh is read in its rest pose";
 
 /// Extensions that are read, or whose content is reported separately.
-const READ: [&str; 9] = [
+const READ: [&str; 10] = [
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "KHR_lights_punctual",
@@ -17,6 +17,7 @@ const READ: [&str; 9] = [
     "EXT_texture_webp",
     "KHR_texture_basisu",
     "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
     "KHR_draco_mesh_compression",
 ];
 

@@ -5,6 +5,7 @@
 //! documents, but not its accessors, which panic on indices and counts out of range.
 
 pub(crate) mod accessor;
+pub(crate) mod compressed;
 pub(crate) mod container;
 #[cfg(feature = "gltf-crate")]
 mod from_document;

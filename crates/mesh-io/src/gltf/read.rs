@@ -1,6 +1,7 @@
 //! Reading glTF.
 
 use super::accessor::{Bytes, Document, at, no_such};
+use super::compressed;
 use super::container::{self, Container};
 use super::plan::{FAN, MeshPlan, Part, Plan, STRIP, VertexSet, path_of};
 use super::scene::{Placed, each_placed, transforms};
@@ -53,6 +54,7 @@ pub(super) fn read_root(
 ) -> Result<Model, ReadErrorKind> {
     check_extensions(&root)?;
     let document = Document { root, buffers };
+    compressed::spend(&document, input)?;
     let mut model = Model::default();
     let textures = material::read(&document, &mut model, &mut notes, input)?;
     let plan = Plan::of(&document, &textures, &mut notes)?;
@@ -79,13 +81,15 @@ pub(crate) fn read_mesh(
 
 /// Extensions that affect only the appearance, or that are read here.
 pub(crate) fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
-    const HARMLESS: [&str; 6] = [
+    const HARMLESS: [&str; 8] = [
         "KHR_mesh_quantization",
         "KHR_texture_transform",
         "KHR_lights_punctual",
         "EXT_mesh_gpu_instancing",
         "EXT_texture_webp",
         "KHR_texture_basisu",
+        "EXT_meshopt_compression",
+        "KHR_meshopt_compression",
     ];
     let required = root.extensions_required.iter().enumerate();
     let harmless = |name: &str| name.starts_with("KHR_materials_") || HARMLESS.contains(&name);

@@ -3,9 +3,11 @@
 //! Objects are small, because a document may hold one for every three bytes, and unused data is not kept. Indices are
 //! unchecked; the user of an index must check it.
 
+use crate::meshopt::Broken;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;
+use std::sync::OnceLock;
 
 /// The size of the largest object of which there may be one for every brace in the text, without the parts that are
 /// counted by their own characters.
@@ -127,7 +129,29 @@ pub(crate) struct Buffer {
     pub uri: Option<Box<str>>,
     pub byte_length: u64,
     #[serde(default)]
-    pub extensions: Compression,
+    pub extensions: BufferExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(crate) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<Fallback>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<Fallback>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+struct Fallback {
+    fallback: bool,
+}
+
+impl BufferExtensions {
+    /// Whether the buffer holds only what compressed views hold too.
+    pub(crate) fn is_fallback(&self) -> bool {
+        [&self.ext, &self.khr].into_iter().flatten().any(|extension| extension.fallback)
+    }
 }
 
 #[derive(Deserialize)]
@@ -139,27 +163,63 @@ pub(crate) struct View {
     pub byte_length: u64,
     pub byte_stride: Option<u32>,
     #[serde(default)]
-    pub extensions: Compression,
+    pub extensions: ViewExtensions,
 }
 
-/// Whether the bytes are available in another way, which is not supported here.
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(crate) struct Compression {
-    #[serde(rename = "EXT_meshopt_compression", deserialize_with = "present")]
-    ext: bool,
-    #[serde(rename = "KHR_meshopt_compression", deserialize_with = "present")]
-    khr: bool,
+pub(crate) struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    ext: Option<Box<Compressed>>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr: Option<Box<Compressed>>,
 }
 
-impl Compression {
-    pub(crate) fn meshopt(&self) -> Option<&'static str> {
-        match (self.ext, self.khr) {
-            (true, _) => Some("EXT_meshopt_compression"),
-            (_, true) => Some("KHR_meshopt_compression"),
-            _ => None,
-        }
+impl ViewExtensions {
+    /// The compressed form of the view.
+    pub(crate) fn compressed(&self) -> Option<&Compressed> {
+        self.khr.as_deref().or(self.ext.as_deref())
     }
+}
+
+/// The compressed form of a view.
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub(crate) struct Compressed {
+    pub buffer: u32,
+    pub byte_offset: u64,
+    pub byte_length: u64,
+    pub byte_stride: u32,
+    pub count: u64,
+    pub mode: CompressionMode,
+    pub filter: CompressionFilter,
+    /// The bytes of the view, or the reason why there are none; empty until they are needed.
+    #[serde(skip)]
+    pub decoded: OnceLock<Result<Vec<u8>, Broken>>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(crate) enum CompressionMode {
+    Attributes,
+    Triangles,
+    Indices,
+    #[default]
+    #[serde(other)]
+    Unknown,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(crate) enum CompressionFilter {
+    #[default]
+    None,
+    Octahedral,
+    Quaternion,
+    Exponential,
+    Color,
+    #[serde(other)]
+    Unknown,
 }
 
 #[derive(Deserialize)]

@@ -7,6 +7,7 @@ use crate::error::{ReadError, ReadErrorKind};
 use crate::external::Files;
 use crate::format::Format;
 use crate::gltf::accessor::{Document, at};
+use crate::gltf::compressed;
 use crate::gltf::container::{self, Container};
 use crate::gltf::read::{document_bytes, parse};
 use crate::gltf::scene::local;
@@ -122,6 +123,7 @@ impl Scene {
         let files = Files { folder: options.folder.as_deref(), external: options.external };
         let buffers = container::buffers(&root, binary, &files, &mut input)?;
         let document = Document { root, buffers };
+        compressed::spend(&document, &mut input)?;
         check::check(&document, &input)?;
         if check::is_empty(&document) && !options.allow_empty {
             return Err(ReadErrorKind::Empty { notes: Vec::new() }.into());

@@ -1,0 +1,184 @@
+//! Compressed glTF files. The files in `compressed_scenes/` are one torus, packed by the npm package `gltfpack` 1.3.0:
+//! without compression, with `-c`, with `-cc`, and with `-cc -ce khr`.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
+
+use crate::built_scene::{glb, parts};
+use mesh_io::{
+    Format, Model, NewMesh, NewPrimitive, ReadError, ReadErrorKind, ReadOptions, Scene, read_from,
+};
+use serde_json::{Value, json};
+
+const PLAIN: &[u8] = include_bytes!("compressed_scenes/plain.glb");
+const EXT: &[u8] = include_bytes!("compressed_scenes/ext.glb");
+const EXT_FILTERS: &[u8] = include_bytes!("compressed_scenes/ext_filters.glb");
+const KHR: &[u8] = include_bytes!("compressed_scenes/khr.glb");
+
+fn model(file: &[u8]) -> Result<Model, ReadError> {
+    read_from(&mut &file[..], &ReadOptions::default())
+}
+
+fn scene(file: &[u8]) -> Result<Scene, ReadError> {
+    Scene::read_from(&mut &file[..], &ReadOptions::default())
+}
+
+fn written(scene: &Scene) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    scene.write_to(&mut bytes, Format::Glb).unwrap();
+    bytes
+}
+
+/// A corner: position, normal, texture coordinates.
+type Corner = ([f64; 3], [f32; 3], [f32; 2]);
+
+/// The triangles in an order that does not depend on the file.
+fn triangles(model: &Model) -> Vec<Vec<Corner>> {
+    let corner = |place: usize| {
+        let vertex = model.soup.corners()[place] as usize;
+        let normal = model.corner_normals.as_ref().unwrap()[place];
+        let position = model.soup.positions()[vertex].to_array();
+        (position, normal, model.corner_uvs.as_ref().unwrap()[place])
+    };
+    let key = |&(position, _, uv): &Corner| (position.map(f64::to_bits), uv.map(f32::to_bits));
+    let mut all: Vec<Vec<Corner>> = (0..model.soup.face_count())
+        .map(|face| {
+            let mut corners: Vec<Corner> = (3 * face..3 * face + 3).map(corner).collect();
+            let first = (0..3).min_by_key(|&i| key(&corners[i])).unwrap();
+            corners.rotate_left(first);
+            corners
+        })
+        .collect();
+    all.sort_by_key(|corners| corners.iter().map(key).collect::<Vec<_>>());
+    all
+}
+
+#[test]
+fn compressed_files_have_the_triangles_of_the_plain_one() {
+    let plain = triangles(&model(PLAIN).unwrap());
+    assert_eq!(plain.len(), 80);
+    for (name, file) in [("ext", EXT), ("ext_filters", EXT_FILTERS), ("khr", KHR)] {
+        let model = model(file).unwrap();
+        let found = triangles(&model);
+        assert_eq!(found.len(), plain.len(), "{name}");
+        for (a, b) in found.iter().flatten().zip(plain.iter().flatten()) {
+            assert_eq!((a.0, a.2), (b.0, b.2), "{name}");
+            // A filter keeps directions with the bits of the plain file, and the last one may differ.
+            let most = (0..3).map(|c| (a.1[c] - b.1[c]).abs()).fold(0.0, f32::max);
+            assert!(most <= if name == "ext" { 0.0 } else { 2.5 / 127.0 }, "{name} {most}");
+        }
+        assert!(!model.lost.iter().any(|lost| lost.what.contains("meshopt")), "{:?}", model.lost);
+    }
+}
+
+#[test]
+fn a_compressed_scene_is_written_as_it_was_read() {
+    for file in [EXT, EXT_FILTERS, KHR] {
+        let read = scene(file).unwrap();
+        let (json, binary) = parts(file);
+        let (json_again, binary_again) = parts(&written(&read));
+        assert_eq!(json_again, json);
+        assert_eq!(binary_again[..binary.len()], binary);
+    }
+}
+
+/// A mesh that changes leaves no compressed data behind, and the file no longer requires the extension.
+#[test]
+fn changed_meshes_are_plain() {
+    let read = scene(EXT).unwrap();
+    let content = read.meshes(&[0]).unwrap().remove(0).unwrap();
+    let corners = content.model.soup.corners().as_chunks::<3>().0.to_vec();
+    let primitive = content.primitives.into_iter().next().unwrap();
+    let (attributes, targets) = (primitive.attributes, primitive.targets);
+    let primitive = NewPrimitive { index: 0, attributes, targets, triangles: corners };
+    let new = NewMesh { mesh: 0, primitives: vec![primitive] };
+    let (changed, lost) = read.replaced(&[new]).unwrap();
+    assert!(lost.is_empty());
+    let file = written(&changed);
+    let (json, _) = parts(&file);
+    assert!(!json.to_string().contains("meshopt"), "{json}");
+    assert_eq!(json["buffers"].as_array().unwrap().len(), 1);
+    assert_eq!(triangles(&model(&file).unwrap()), triangles(&model(EXT).unwrap()));
+}
+
+fn edited(edit: impl FnOnce(&mut Value, &mut Vec<u8>)) -> Vec<u8> {
+    let (mut json, mut binary) = parts(EXT);
+    edit(&mut json, &mut binary);
+    glb(&json, &binary)
+}
+
+fn extension(json: &mut Value, view: usize) -> &mut Value {
+    &mut json["bufferViews"][view]["extensions"]["EXT_meshopt_compression"]
+}
+
+#[test]
+fn damaged_streams_are_named_with_their_view() {
+    let broken = [
+        edited(|_, binary| binary[0] = 0xb0),
+        edited(|json, _| extension(json, 0)["byteLength"] = json!(300)),
+        edited(|json, _| extension(json, 0)["count"] = json!(53)),
+        edited(|json, _| extension(json, 0)["byteStride"] = json!(16)),
+        edited(|json, _| extension(json, 0)["buffer"] = json!(7)),
+        edited(|json, _| extension(json, 0)["byteOffset"] = json!(u64::MAX)),
+        edited(|json, _| {
+            json["bufferViews"][0]["byteLength"] = json!(0);
+            extension(json, 0)["count"] = json!(0);
+        }),
+        edited(|json, _| extension(json, 1)["filter"] = json!("QUATERNION")),
+        edited(|json, _| extension(json, 0)["mode"] = json!("TRIANGLES")),
+    ];
+    for (case, file) in broken.iter().enumerate() {
+        for error in [model(file).unwrap_err(), scene(file).unwrap_err()] {
+            assert!(matches!(error.kind, ReadErrorKind::Malformed { .. }), "{case}: {error}");
+            let place = match case {
+                // The view is sound, but too short for its accessor.
+                6 => "",
+                7 => "bufferViews[1]",
+                _ => "bufferViews[0]",
+            };
+            assert!(error.to_string().contains(place), "{case}: {error}");
+        }
+    }
+    let error = model(&broken[0]).unwrap_err().to_string();
+    assert!(error.contains("0xb0") && error.contains("export it again"), "{error}");
+    // An unknown filter is a thing of another version.
+    let file = edited(|json, _| extension(json, 0)["filter"] = json!("WAVELET"));
+    let error = model(&file).unwrap_err();
+    assert!(matches!(error.kind, ReadErrorKind::Unsupported { .. }), "{error}");
+}
+
+#[test]
+fn decompressed_data_count_as_memory() {
+    // A view that pretends to be large is refused before anything is decompressed.
+    let file = edited(|json, _| {
+        json["bufferViews"][0]["byteLength"] = json!(8_u64 << 40);
+        extension(json, 0)["count"] = json!(1_u64 << 40);
+    });
+    for error in [model(&file).unwrap_err(), scene(&file).unwrap_err()] {
+        assert!(matches!(error.kind, ReadErrorKind::Memory { .. }), "{error}");
+    }
+}
+
+/// The data of a fallback buffer are used if they are there, and not missed if its file is not.
+#[test]
+fn a_fallback_buffer_need_not_be_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("torus.glb");
+    let file = edited(|json, _| json["buffers"][1]["uri"] = json!("fallback.bin"));
+    std::fs::write(&path, &file).unwrap();
+    let compressed = mesh_io::read(&path).unwrap();
+    assert_eq!(triangles(&compressed), triangles(&model(EXT).unwrap()));
+    let read = Scene::read(&path, &ReadOptions::default()).unwrap();
+    assert_eq!(read.meshes(&[0]).unwrap().len(), 1);
+    let (_, plain) = parts(PLAIN);
+    std::fs::write(folder.path().join("fallback.bin"), &plain).unwrap();
+    assert_eq!(mesh_io::read(&path).unwrap().soup.vertex_count(), 54);
+    // A buffer without any mark is a fallback if only compressed views refer to it.
+    let file = edited(|json, _| {
+        json["buffers"][1].as_object_mut().unwrap().remove("extensions");
+    });
+    assert_eq!(triangles(&model(&file).unwrap()), triangles(&compressed));
+    let file = edited(|json, _| {
+        json["bufferViews"][3].as_object_mut().unwrap().remove("extensions");
+    });
+    let error = model(&file).unwrap_err().to_string();
+    assert!(error.contains("bufferViews[3]") || error.contains("buffers[1]"), "{error}");
+}
