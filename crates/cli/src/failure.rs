@@ -178,6 +178,7 @@ impl Failure {
             Self::Write { source, .. } => match **source {
                 WriteError::NoSuchEncoding { .. }
                 | WriteError::UnknownExtension(_)
+                | WriteError::NoCompression(_)
                 | WriteError::NoLevels(_)
                 | WriteError::NoScene(_) => 2,
                 WriteError::NotFinite { .. }

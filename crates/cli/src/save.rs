@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use mesh_io::{
-    Encoding, Format, Model, Precision, Scene, Staged, StlColors, WriteError, WriteOptions,
-    WriteReport,
+    Compression, Encoding, Format, Model, Precision, Scene, Staged, StlColors, WriteError,
+    WriteOptions, WriteReport,
 };
 
 use crate::args::{FormatName, is_standard};
@@ -37,6 +37,19 @@ pub(crate) struct SaveOptions {
     /// How a binary STL file stores the colours of faces
     #[arg(long, value_enum, default_value_t)]
     pub(crate) stl_colors: StlColorsName,
+    /// Compress the data of a glTF or GLB file
+    ///
+    /// All values stay the same. Programs that read the file must know the extension EXT_meshopt_compression.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    pub(crate) compress: CompressName,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CompressName {
+    #[default]
+    None,
+    /// Order triangles for the vertex cache, and store differences in few bits
+    Meshopt,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -90,13 +103,17 @@ impl SaveOptions {
             StlColorsName::Viscam => StlColors::Viscam,
             StlColorsName::Magics => StlColors::Magics,
         };
-        WriteOptions { format, encoding, precision, overwrite_companions, stl_colors }
+        let compression = match self.compress {
+            CompressName::None => Compression::None,
+            CompressName::Meshopt => Compression::Meshopt,
+        };
+        WriteOptions { format, encoding, precision, overwrite_companions, stl_colors, compression }
     }
 }
 
 /// The options of [`SaveOptions`].
-pub(crate) const SAVE_OPTIONS: [&str; 5] =
-    ["to", "encoding", "precision", "overwrite_companions", "stl_colors"];
+pub(crate) const SAVE_OPTIONS: [&str; 6] =
+    ["to", "encoding", "precision", "overwrite_companions", "stl_colors", "compress"];
 
 /// Refuses an output that cannot be written as asked, before any work is done.
 pub(crate) fn check_target(
@@ -122,6 +139,9 @@ pub(crate) fn check_target(
     }
     if format != Format::Stl {
         given.refuse(&["stl_colors"], "it is for STL")?;
+    }
+    if !matches!(format, Format::Gltf | Format::Glb) {
+        given.refuse(&["compress"], "it is for glTF and GLB")?;
     }
     if format != Format::Obj || is_standard(path) {
         given.refuse(&["overwrite_companions"], "it is for the files that go with an OBJ file")?;
@@ -180,7 +200,12 @@ pub(crate) fn save_scene(
     let written = match options.format_of(path) {
         Some(format) if is_standard(path) => {
             let mut bytes = Vec::new();
-            let written = scene.write_to(&mut bytes, format);
+            let written = match options.compress {
+                CompressName::None => scene.write_to(&mut bytes, format),
+                CompressName::Meshopt => {
+                    scene.compressed().and_then(|scene| scene.write_to(&mut bytes, format))
+                }
+            };
             if written.is_ok() {
                 to_stdout(&bytes)?;
             }

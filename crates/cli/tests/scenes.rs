@@ -263,3 +263,34 @@ fn a_scene_that_is_shown_loses_nothing() {
     assert!(report["lost"].as_array().is_none_or(Vec::is_empty), "{report}");
     assert_eq!(report["scene"]["parts"]["skins"], 1);
 }
+
+/// Every command that writes glTF can compress it: the same faces in fewer bytes, whether the scene stays whole or not.
+#[test]
+fn outputs_are_compressed() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "rich.glb", &rich().glb());
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let size = |path: &str| std::fs::metadata(path).unwrap().len();
+    let cases: [&[&str]; 4] = [
+        &["convert"],
+        &["simplify", "--ratio", "0.5"],
+        &["lod", "--levels", "0.5,0.25"],
+        &["simplify", "--ratio", "0.5", "--one-mesh"],
+    ];
+    for (case, command) in cases.into_iter().enumerate() {
+        let [plain, small] = ["plain", "small"].map(|name| path(&format!("{name}{case}.glb")));
+        json(&[command, &[&input, "-o", &plain]].concat());
+        json(&[command, &[&input, "-o", &small, "--compress", "meshopt"]].concat());
+        assert!(size(&small) < size(&plain), "{command:?}: {} {}", size(&small), size(&plain));
+        let required = document(&small)["extensionsRequired"].clone();
+        assert!(required.as_array().unwrap().contains(&value!("EXT_meshopt_compression")));
+        let [plain, small] = [&plain, &small].map(|path| json(&["info", path]));
+        for name in ["vertices", "faces", "edges", "euler_characteristic"] {
+            assert_eq!(plain[name], small[name], "{command:?} {name}");
+        }
+    }
+    let ply = path("out.ply");
+    let (refused, message) = code(&["convert", &input, "-o", &ply, "--compress", "meshopt"]);
+    assert_eq!(refused, 2);
+    assert!(message.contains("--compress") && message.contains("glTF"), "{message}");
+}

@@ -228,6 +228,9 @@ pub enum WriteError {
         /// The requested encoding.
         encoding: &'static str,
     },
+    /// The format cannot be compressed.
+    #[error("{0} cannot be compressed; write glTF or GLB, or leave the compression out")]
+    NoCompression(Format),
     /// The format cannot hold a coordinate that is not a finite number.
     #[error(
         "vertex {vertex} has the coordinate {value}, which {format} cannot hold; remove the vertex, or write OBJ or PLY"

@@ -41,6 +41,8 @@ mod smoothing;
 mod stl;
 mod text;
 mod to_model;
+#[cfg(feature = "gltf")]
+mod vertex_cache;
 mod write;
 mod write_options;
 mod write_passing;
@@ -67,5 +69,5 @@ pub use to_model::ToModel;
 pub use write::{Staged, check_write, replace_file, stage, stage_file, write, write_to};
 #[cfg(feature = "gltf")]
 pub use write::{stage_levels, write_levels};
-pub use write_options::{Encoding, Precision, WriteOptions, WriteReport};
+pub use write_options::{Compression, Encoding, Precision, WriteOptions, WriteReport};
 pub use write_passing::{Passer, stage_passing, write_passing};

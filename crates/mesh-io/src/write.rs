@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::single::check_range;
 use crate::smoothing::with_normals;
 use crate::to_model::ToModel;
-use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
+use crate::write_options::{Compression, Encoding, Precision, WriteOptions, WriteReport};
 #[cfg(feature = "gltf")]
 use std::borrow::Cow;
 use std::io::Write;
@@ -120,6 +120,7 @@ pub fn check_write<M: ToModel + ?Sized>(
 fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), WriteError> {
     model.check()?;
     check_encoding(format, options.encoding)?;
+    check_compression(format, options.compression)?;
     let positions = model.soup.positions();
     let single = match format {
         Format::Ply => options.precision == Precision::Single,
@@ -163,6 +164,19 @@ pub(crate) fn check_encoding(format: Format, encoding: Encoding) -> Result<(), W
         return Ok(());
     }
     Err(WriteError::NoSuchEncoding { format, encoding: encoding.name() })
+}
+
+/// Checks that the format can be compressed, if it is to be.
+pub(crate) fn check_compression(
+    format: Format,
+    compression: Compression,
+) -> Result<(), WriteError> {
+    match compression {
+        Compression::Meshopt if !matches!(format, Format::Gltf | Format::Glb) => {
+            Err(WriteError::NoCompression(format))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The format given by the options or the extension.
@@ -211,7 +225,8 @@ pub fn stage_levels<M: ToModel>(
     let models: Vec<Cow<'_, Model>> =
         models.into_iter().map(|model| with_normals(model, format)).collect();
     let all = crate::gltf::Levels { models: models.iter().map(|m| &**m).collect(), coverage };
-    let (file, mut report) = atomic::prepare(path, |writer| put_gltf(writer, &all, format))?;
+    let (file, mut report) =
+        atomic::prepare(path, |writer| put_gltf(writer, &all, format, options.compression))?;
     let target = target(format, options, false);
     for lost in models.iter().flat_map(|model| losses(model, target)) {
         if !report.lost.iter().any(|other| other.what == lost.what) {
@@ -335,7 +350,8 @@ fn put(
         (Format::Obj, _) => crate::obj::write(writer, model, libraries),
         #[cfg(feature = "gltf")]
         (Format::Gltf | Format::Glb, _) => {
-            put_gltf(writer, &crate::gltf::Levels { models: vec![model], coverage: &[] }, format)
+            let levels = crate::gltf::Levels { models: vec![model], coverage: &[] };
+            put_gltf(writer, &levels, format, options.compression)
         }
         #[cfg(not(all(feature = "obj", feature = "gltf")))]
         _ => {
@@ -352,9 +368,18 @@ fn put_gltf(
     writer: &mut dyn Write,
     levels: &crate::gltf::Levels<'_>,
     format: Format,
+    compression: Compression,
 ) -> Result<WriteReport, WriteError> {
-    match format {
-        Format::Gltf => crate::gltf::write_json(writer, levels),
-        _ => crate::gltf::write_binary(writer, levels),
+    match (compression, format) {
+        (Compression::None, Format::Gltf) => crate::gltf::write_json(writer, levels),
+        (Compression::None, _) => crate::gltf::write_binary(writer, levels),
+        (Compression::Meshopt, _) => {
+            let mut plain = Vec::new();
+            let report = crate::gltf::write_binary(&mut plain, levels)?;
+            let scene = crate::scene::Scene::read_written(&plain)?;
+            drop(plain);
+            scene.compressed()?.write_to(writer, format)?;
+            Ok(report)
+        }
     }
 }

@@ -22,6 +22,21 @@ pub struct WriteOptions {
     pub overwrite_companions: bool,
     /// Where binary STL has the colours of faces.
     pub stl_colors: StlColors,
+    /// How the data of a glTF or GLB file are compressed.
+    pub compression: Compression,
+}
+
+/// The compression of the data of a glTF or GLB file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Compression {
+    /// None.
+    #[default]
+    None,
+    /// The extension `EXT_meshopt_compression`, which readers of the file must know. All values are the same, in an order
+    /// that vertex caches like.
+    Meshopt,
 }
 
 /// Text or binary.

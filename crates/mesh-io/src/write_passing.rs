@@ -8,7 +8,7 @@ use crate::lost::Lost;
 use crate::passing::{NO_COLOR, Passing};
 use crate::ply::PlyPassing;
 use crate::stl::StlPassing;
-use crate::write::{Staged, check_encoding, format_of};
+use crate::write::{Staged, check_compression, check_encoding, format_of};
 use crate::write_options::{Encoding, WriteOptions, WriteReport};
 use glam::DVec3;
 use std::io::Write;
@@ -40,6 +40,7 @@ impl<'w> Passer<'w> {
         options: &WriteOptions,
     ) -> Result<Self, WriteError> {
         check_encoding(format, options.encoding)?;
+        check_compression(format, options.compression)?;
         let (writer, single) = match format {
             Format::Ply => {
                 let ply = PlyPassing::new(writer, passing, options)?;

@@ -2,9 +2,10 @@
 //! without compression, with `-c`, with `-cc`, and with `-cc -ce khr`.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing)]
 
-use crate::built_scene::{glb, parts};
+use crate::built_scene::{glb, parts, rich, without};
 use mesh_io::{
-    Format, Model, NewMesh, NewPrimitive, ReadError, ReadErrorKind, ReadOptions, Scene, read_from,
+    Compression, Format, Model, NewMesh, NewPrimitive, ReadError, ReadErrorKind, ReadOptions,
+    Scene, ScenePrimitive, WriteError, WriteOptions, read_from, write_to,
 };
 use serde_json::{Value, json};
 
@@ -181,4 +182,102 @@ fn a_fallback_buffer_need_not_be_there() {
     });
     let error = model(&file).unwrap_err().to_string();
     assert!(error.contains("bufferViews[3]") || error.contains("buffers[1]"), "{error}");
+}
+
+/// For each primitive, its index and its triangles with all data of their corners, in an order that does not depend on
+/// the file.
+fn corners_of(scene: &Scene, mesh: usize) -> Vec<(usize, Vec<Vec<Vec<u8>>>)> {
+    let Some(content) = scene.meshes(&[mesh]).unwrap().remove(0) else { return Vec::new() };
+    let corners = content.model.soup.corners();
+    let of = |primitive: &ScenePrimitive| {
+        let all: Vec<_> =
+            primitive.attributes.iter().chain(primitive.targets.iter().flatten()).collect();
+        let corner = |vertex: &u32| {
+            let vertex = (vertex - primitive.first_vertex) as usize;
+            all.iter().flat_map(|data| data.value(vertex).to_vec()).collect::<Vec<u8>>()
+        };
+        let corners = &corners[3 * primitive.faces.start..3 * primitive.faces.end];
+        let mut triangles: Vec<Vec<Vec<u8>>> = corners
+            .chunks_exact(3)
+            .map(|triangle| {
+                let mut triangle: Vec<Vec<u8>> = triangle.iter().map(corner).collect();
+                let first = (0..3).min_by_key(|&i| &triangle[i]).unwrap();
+                triangle.rotate_left(first);
+                triangle
+            })
+            .collect();
+        triangles.sort();
+        (primitive.index, triangles)
+    };
+    content.primitives.iter().map(of).collect()
+}
+
+fn compressed(file: &[u8]) -> Vec<u8> {
+    written(&scene(file).unwrap().compressed().unwrap())
+}
+
+fn same_content(before: &[u8], after: &[u8]) {
+    let [before, after] = [before, after].map(|file| scene(file).unwrap());
+    assert_eq!(before.mesh_count(), after.mesh_count());
+    for mesh in 0..before.mesh_count() {
+        assert_eq!(corners_of(&before, mesh), corners_of(&after, mesh), "mesh {mesh}");
+    }
+    let parts = ["buffers", "bufferViews", "accessors", "extensionsUsed", "extensionsRequired"];
+    assert_eq!(without(before.json(), &parts), without(after.json(), &parts));
+}
+
+#[test]
+fn compressed_scenes_hold_the_same() {
+    let file = rich().glb();
+    let small = compressed(&file);
+    same_content(&file, &small);
+    let (json, binary) = parts(&small);
+    assert_eq!(
+        json["extensionsRequired"].as_array().unwrap().last().unwrap(),
+        "EXT_meshopt_compression"
+    );
+    // One buffer with bytes, and one for the places of what is decompressed.
+    assert_eq!(json["buffers"].as_array().unwrap().len(), 2, "{}", json["buffers"]);
+    assert!(binary.len() * 2 < parts(&file).1.len(), "{} {}", binary.len(), parts(&file).1.len());
+    // The order is already good the second time, and the views are compressed.
+    same_content(&file, &compressed(&small));
+    // Files of other programs, with and without compression, stay what they are too.
+    for file in [PLAIN, EXT, EXT_FILTERS, KHR] {
+        same_content(file, &compressed(file));
+    }
+    // No larger than what another program makes of the same numbers, up to the text.
+    let [ours, theirs] = [&compressed(PLAIN)[..], EXT].map(|file| parts(file).1.len());
+    assert!(ours <= theirs + 16, "{ours} {theirs}");
+}
+
+/// An unknown extension may refer to vertices, so that their order and all numbers of parts stay.
+#[test]
+fn what_unknown_extensions_may_refer_to_stays() {
+    let (mut json, binary) = parts(PLAIN);
+    json["meshes"][0]["extensions"] = json!({ "ACME_marks": { "vertices": [1, 5] } });
+    let file = glb(&json, &binary);
+    let small = compressed(&file);
+    let [before, after] =
+        [&file, &small].map(|file| scene(file).unwrap().meshes(&[0]).unwrap().remove(0).unwrap());
+    assert_eq!(before.primitives[0].attributes, after.primitives[0].attributes);
+    assert_eq!(before.model.soup.face_count(), after.model.soup.face_count());
+    let (json, bytes) = parts(&small);
+    assert_eq!(json["accessors"], parts(PLAIN).0["accessors"]);
+    assert!(bytes.len() < binary.len());
+}
+
+#[test]
+fn meshes_are_written_with_compression() {
+    let model = model(PLAIN).unwrap();
+    let options = WriteOptions { compression: Compression::Meshopt, ..WriteOptions::default() };
+    for format in [Format::Glb, Format::Gltf] {
+        let (mut plain, mut small) = (Vec::new(), Vec::new());
+        write_to(&mut plain, &model, format, &WriteOptions::default()).unwrap();
+        write_to(&mut small, &model, format, &options).unwrap();
+        assert!(small.len() < plain.len());
+        let [plain, small] = [&plain, &small].map(|file| self::model(file).unwrap());
+        assert_eq!(triangles(&plain), triangles(&small));
+    }
+    let error = write_to(&mut Vec::new(), &model, Format::Ply, &options).unwrap_err();
+    assert!(matches!(error, WriteError::NoCompression(Format::Ply)), "{error}");
 }

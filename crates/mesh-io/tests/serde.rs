@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use mesh_io::{
-    Alpha, Encoding, External, Format, Group, Image, ImageData, Material, Model, Precision,
-    ReadOptions, Scalars, StlColors, WriteOptions, WriteReport, write_to,
+    Alpha, Compression, Encoding, External, Format, Group, Image, ImageData, Material, Model,
+    Precision, ReadOptions, Scalars, StlColors, WriteOptions, WriteReport, write_to,
 };
 use mesh_shapes::polyhedra;
 use serde::Serialize;
@@ -41,6 +41,7 @@ fn options_and_reports_come_back_and_misspelt_ones_are_refused() {
         precision: Precision::Double,
         overwrite_companions: true,
         stl_colors: StlColors::Magics,
+        compression: Compression::Meshopt,
     };
     assert_eq!(again(&options), options);
     assert!(serde_json::from_str::<WriteOptions>(r#"{"overwrite":true}"#).is_err());

@@ -140,6 +140,15 @@ impl Document {
         Ok(width(self.accessor(index, path)?.shape))
     }
 
+    /// The bytes of a value of an accessor.
+    pub(crate) fn value_size(
+        &self,
+        accessor: &Accessor,
+        path: &str,
+    ) -> Result<usize, ReadErrorKind> {
+        Ok(width(accessor.shape) * size(kind(accessor.component_type, path)?))
+    }
+
     /// The values of an accessor with this number of components.
     ///
     /// The time does not depend on the number of values, because values are requested before it is known whether the

@@ -170,3 +170,78 @@ impl Channel {
         }
     }
 }
+
+/// Encodes values of `stride` bytes, a multiple of four of at most 256, in version 0, which both extensions have.
+pub(crate) fn encode(values: &[u8], stride: usize) -> Vec<u8> {
+    let mut stream = vec![HEADER];
+    let first = values.get(..stride).map_or_else(|| vec![0; stride], <[u8]>::to_vec);
+    let mut last = first.clone();
+    for block in values.chunks(values_of_block(stride) * stride) {
+        for (byte, last) in last.iter_mut().enumerate() {
+            let mut plane: Plane = [0; BLOCK];
+            let mut count = 0;
+            for (slot, value) in plane.iter_mut().zip(block.chunks_exact(stride)) {
+                let next = value.get(byte).copied().unwrap_or_default();
+                let difference = next.wrapping_sub(*last);
+                *slot = (difference << 1) ^ (difference >> 7).wrapping_neg();
+                *last = next;
+                count += 1;
+            }
+            write_plane(&mut stream, &plane, count);
+        }
+    }
+    stream.resize(stream.len() + 32_usize.saturating_sub(stride), 0);
+    stream.extend(first);
+    stream
+}
+
+fn write_plane(stream: &mut Vec<u8>, plane: &Plane, count: usize) {
+    let groups = count.div_ceil(GROUP);
+    let header = stream.len();
+    stream.resize(header + groups.div_ceil(4), 0);
+    let mut last = None;
+    for (place, group) in plane.as_chunks::<GROUP>().0.iter().take(groups).enumerate() {
+        // With equal sizes, plain bytes come first and then the bits of the group before: both compress further.
+        let mut best = (group_size(group, 8), 3, 8);
+        for (code, bits) in (0..3).zip(BITS_0) {
+            let size = group_size(group, bits);
+            if size < best.0 || (size == best.0 && last == Some(bits) && best.2 != 8) {
+                best = (size, code, bits);
+            }
+        }
+        let (_, code, bits) = best;
+        if let Some(byte) = stream.get_mut(header + place / 4) {
+            *byte |= code << (2 * (place % 4));
+        }
+        write_group(stream, group, bits);
+        last = Some(bits);
+    }
+}
+
+/// The bytes that a group takes with this number of bits.
+fn group_size(group: &[u8; GROUP], bits: usize) -> usize {
+    match bits {
+        0 if group.iter().all(|&difference| difference == 0) => 0,
+        0 => usize::MAX,
+        8 => GROUP,
+        _ => {
+            let sentinel = (1_u8 << bits) - 1;
+            bits * GROUP / 8 + group.iter().filter(|&&difference| difference >= sentinel).count()
+        }
+    }
+}
+
+fn write_group(stream: &mut Vec<u8>, group: &[u8; GROUP], bits: usize) {
+    match bits {
+        0 => {}
+        8 => stream.extend(group),
+        _ => {
+            let sentinel = (1_u8 << bits) - 1;
+            for differences in group.chunks_exact(8 / bits) {
+                let pack = |byte: u8, &difference: &u8| byte << bits | difference.min(sentinel);
+                stream.push(differences.iter().fold(0, pack));
+            }
+            stream.extend(group.iter().filter(|&&difference| difference >= sentinel));
+        }
+    }
+}

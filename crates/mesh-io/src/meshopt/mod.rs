@@ -25,6 +25,12 @@ pub(crate) enum Mode {
     Indices,
 }
 
+impl Mode {
+    pub(crate) fn is_index(self) -> bool {
+        matches!(self, Self::Triangles | Self::Indices)
+    }
+}
+
 /// The reason why a stream cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Broken {
@@ -71,6 +77,33 @@ pub(crate) fn decode(
         }
         Mode::Triangles => Ok(packed(&triangles::decode(bytes, count / 3)?, stride)),
         Mode::Indices => Ok(packed(&indices::decode(bytes, count)?, stride)),
+    }
+}
+
+/// Encodes values of `stride` bytes without a filter. `None` if they have no such form.
+pub(crate) fn encode(mode: Mode, stride: usize, bytes: &[u8]) -> Option<Vec<u8>> {
+    let indices = || -> Vec<u32> {
+        if stride == 2 {
+            bytes.as_chunks().0.iter().map(|&index| u16::from_le_bytes(index).into()).collect()
+        } else {
+            bytes.as_chunks().0.iter().map(|&index| u32::from_le_bytes(index)).collect()
+        }
+    };
+    let is_index = matches!(stride, 2 | 4);
+    match mode {
+        Mode::Attributes(Filter::None) => {
+            let fits = Filter::None.fits(stride) && bytes.len().is_multiple_of(stride);
+            fits.then(|| attributes::encode(bytes, stride))
+        }
+        Mode::Triangles => {
+            let fits = is_index && bytes.len().is_multiple_of(3 * stride);
+            fits.then(|| triangles::encode(indices().as_chunks().0))
+        }
+        Mode::Indices => {
+            let fits = is_index && bytes.len().is_multiple_of(stride);
+            if fits { indices::encode(&indices()) } else { None }
+        }
+        Mode::Attributes(_) => None,
     }
 }
 
@@ -121,4 +154,22 @@ impl<'b> Reader<'b> {
 /// The signed number that a zigzag code stands for, modulo 2³².
 fn unzigzag(code: u32) -> u32 {
     (code >> 1) ^ (code & 1).wrapping_neg()
+}
+
+/// The code of a signed number.
+fn zigzag(number: i32) -> u32 {
+    ((number << 1) ^ (number >> 31)).cast_unsigned()
+}
+
+/// Appends a number in groups of seven bits, least significant first.
+fn write_number(stream: &mut Vec<u8>, mut number: u32) {
+    loop {
+        let [low, ..] = number.to_le_bytes();
+        number >>= 7;
+        if number == 0 {
+            stream.push(low & 0x7f);
+            return;
+        }
+        stream.push(low | 0x80);
+    }
 }

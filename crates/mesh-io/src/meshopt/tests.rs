@@ -3,7 +3,8 @@
 //! that package makes of it.
 
 use super::filters::Filter;
-use super::{Broken, Mode, decode};
+use super::{Broken, Mode, decode, encode};
+use proptest::prelude::*;
 
 struct Golden {
     mode: Mode,
@@ -68,6 +69,75 @@ fn streams_of_another_encoder_are_decoded() {
                 assert_eq!(place, None, "line {}: {found:?} {expected:?}", line + 1);
             }
             _ => assert!(&found == expected, "line {}", line + 1),
+        }
+    }
+}
+
+/// What is decoded is encoded to the same bytes again, by our encoder, which has version 0 and no filters.
+#[test]
+fn streams_are_those_of_another_encoder() {
+    let mut same = 0;
+    for (line, golden) in golden().iter().enumerate() {
+        let Golden { mode, stride, ref stream, ref expected, .. } = *golden;
+        let is_plain = matches!(mode, Mode::Attributes(Filter::None)) && stream[0] == 0xa0
+            || matches!(mode, Mode::Triangles | Mode::Indices);
+        if is_plain {
+            assert_eq!(&encode(mode, stride, expected).unwrap(), stream, "line {}", line + 1);
+            same += 1;
+        }
+    }
+    assert!(same > 20, "{same}");
+}
+
+/// Numbers with many small and some large differences.
+fn numbers(most: usize) -> impl Strategy<Value = Vec<u32>> {
+    let step = prop_oneof![4 => 0..4_u32, 2 => 0..300_u32, 1 => any::<u32>()];
+    prop::collection::vec(step, 0..most).prop_map(|steps| {
+        let sum = |sum: &mut u32, step: u32| {
+            *sum = sum.wrapping_add(step);
+            Some(*sum)
+        };
+        steps.into_iter().scan(0, sum).collect()
+    })
+}
+
+proptest! {
+    #[test]
+    fn values_come_back(numbers in numbers(3000), words in 1..=64_usize) {
+        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        let stride = 4 * words;
+        let bytes = &bytes[..bytes.len() / stride * stride];
+        let mode = Mode::Attributes(Filter::None);
+        let stream = encode(mode, stride, bytes).unwrap();
+        prop_assert_eq!(&decode(mode, bytes.len() / stride, stride, &stream).unwrap(), bytes);
+    }
+
+    #[test]
+    fn indices_come_back(numbers in numbers(500), is_short in any::<bool>()) {
+        let stride = if is_short { 2 } else { 4 };
+        let bytes: Vec<u8> =
+            numbers.iter().flat_map(|n| n.to_le_bytes()[..stride].to_vec()).collect();
+        if let Some(stream) = encode(Mode::Indices, stride, &bytes) {
+            prop_assert_eq!(decode(Mode::Indices, numbers.len(), stride, &stream).unwrap(), bytes);
+        } else {
+            prop_assert!(!is_short);
+        }
+    }
+
+    /// Triangles come back with the same corners in the same sense; only the first corner may differ.
+    #[test]
+    fn triangles_come_back(steps in prop::collection::vec(0..12_u32, 0..600), base in prop_oneof![Just(0_u32), any::<u32>()]) {
+        let corners: Vec<u32> = steps.iter().enumerate()
+            .map(|(place, step)| (base / 2).wrapping_add((place / 4) as u32).wrapping_add(*step))
+            .collect();
+        let corners = &corners[..corners.len() / 3 * 3];
+        let bytes: Vec<u8> = corners.iter().flat_map(|corner| corner.to_le_bytes()).collect();
+        let stream = encode(Mode::Triangles, 4, &bytes).unwrap();
+        let found = decode(Mode::Triangles, corners.len(), 4, &stream).unwrap();
+        let found: Vec<u32> = found.as_chunks().0.iter().map(|&c| u32::from_le_bytes(c)).collect();
+        for (found, triangle) in found.as_chunks::<3>().0.iter().zip(corners.as_chunks::<3>().0) {
+            let [a, b, c] = *triangle;
+            prop_assert!([[a, b, c], [b, c, a], [c, a, b]].contains(found), "{found:?} {triangle:?}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::check;
 use super::colors::mark_normalized;
 use crate::budget::{Budget, GROWING};
-use crate::error::{ReadError, ReadErrorKind};
+use crate::error::{ReadError, ReadErrorKind, WriteError};
 use crate::external::Files;
 use crate::format::Format;
 use crate::gltf::accessor::{Document, at};
@@ -93,6 +93,13 @@ impl Scene {
     /// As [`Scene::read`]; the error has no path.
     pub fn read_from(reader: &mut dyn Read, options: &ReadOptions) -> Result<Self, ReadError> {
         Self::read_stream(reader, options, None)
+    }
+
+    /// Reads a file that this crate has just written.
+    pub(crate) fn read_written(file: &[u8]) -> Result<Self, WriteError> {
+        let options =
+            ReadOptions { max_memory: Some(u64::MAX), allow_empty: true, ..ReadOptions::default() };
+        Self::read_from(&mut &*file, &options).map_err(|error| WriteError::Scene(error.to_string()))
     }
 
     fn read_stream(
@@ -200,6 +207,15 @@ impl Scene {
 /// The members of a list of the document; empty if there is no such list.
 pub(super) fn list_mut<'j>(json: &'j mut Value, name: &str) -> &'j mut [Value] {
     json.get_mut(name).and_then(Value::as_array_mut).map(Vec::as_mut_slice).unwrap_or_default()
+}
+
+/// Appends items to a list of the document, which is made if it is not there.
+pub(super) fn push_all(json: &mut Value, name: &str, items: impl IntoIterator<Item = Value>) {
+    let Some(document) = json.as_object_mut() else { return };
+    let list = document.entry(name).or_insert_with(|| Value::Array(Vec::new()));
+    if let Some(list) = list.as_array_mut() {
+        list.extend(items);
+    }
 }
 
 /// The typed parts of a document.

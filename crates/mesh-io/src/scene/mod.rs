@@ -7,10 +7,11 @@
 //! hold indices of accessors, views and buffers, and `extensions`, which of them are known; `colors` of
 //! files that do not mark them; `geometry`, the content of
 //! a mesh; `placement`, where meshes are drawn; `prune`, which drops what nothing refers to any more; `replace`;
-//! `levels` in one document; `write`.
+//! `levels` in one document; `reorder` and `compress`; `write`.
 
 mod check;
 mod colors;
+mod compress;
 mod document;
 mod extensions;
 mod geometry;
@@ -18,6 +19,7 @@ mod levels;
 mod placement;
 mod prune;
 mod references;
+mod reorder;
 mod replace;
 mod vertex_data;
 mod write;

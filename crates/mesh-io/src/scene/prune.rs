@@ -35,7 +35,12 @@ pub(super) fn prune(json: &mut Value, buffers: &mut Vec<Bytes>, before: &Referen
     let dropped = unused(json, Target::View, &before.views);
     cut(json, buffers, &dropped);
     remove(json, Target::View, &dropped);
-    let dropped = unused(json, Target::Buffer, &before.buffers);
+    drop_buffers(json, buffers, &before.buffers);
+}
+
+/// Drops the buffers that were referred to `before`, and are not any more.
+pub(super) fn drop_buffers(json: &mut Value, buffers: &mut Vec<Bytes>, before: &[bool]) {
+    let dropped = unused(json, Target::Buffer, before);
     let mut index = 0;
     buffers.retain(|_| {
         index += 1;
@@ -97,16 +102,36 @@ fn part(range: &Map<String, Value>) -> Option<Part> {
 /// Cuts the bytes of the dropped views out of the buffers, as far as no other view has them.
 fn cut(json: &mut Value, buffers: &mut [Bytes], dropped: &[bool]) {
     let mut gone: Vec<Vec<Range<usize>>> = vec![Vec::new(); buffers.len()];
-    let mut kept: Vec<Vec<Range<usize>>> = vec![Vec::new(); buffers.len()];
     for (view, &is_dropped) in list_mut(json, "bufferViews").iter_mut().zip(dropped) {
-        let lists = if is_dropped { &mut gone } else { &mut kept };
-        each_range(view, &mut |range| {
-            if let Some(part) = part(range)
-                && let Some(list) = lists.get_mut(part.buffer)
-            {
-                list.push(part.bytes);
-            }
-        });
+        if is_dropped {
+            each_range(view, &mut |range| push_part(&mut gone, range));
+        }
+    }
+    cut_ranges(json, buffers, gone, dropped);
+}
+
+/// Adds the part of a buffer that an object names to the parts of that buffer.
+pub(super) fn push_part(parts: &mut [Vec<Range<usize>>], range: &Map<String, Value>) {
+    if let Some(part) = part(range)
+        && let Some(list) = parts.get_mut(part.buffer)
+    {
+        list.push(part.bytes);
+    }
+}
+
+/// Cuts ranges out of each buffer, as far as no view has them that is not dropped.
+pub(super) fn cut_ranges(
+    json: &mut Value,
+    buffers: &mut [Bytes],
+    gone: Vec<Vec<Range<usize>>>,
+    dropped: &[bool],
+) {
+    let is_dropped = |place: usize| dropped.get(place).copied().unwrap_or(false);
+    let mut kept: Vec<Vec<Range<usize>>> = vec![Vec::new(); buffers.len()];
+    for (place, view) in list_mut(json, "bufferViews").iter_mut().enumerate() {
+        if !is_dropped(place) {
+            each_range(view, &mut |range| push_part(&mut kept, range));
+        }
     }
     let mut all_cuts = Vec::with_capacity(buffers.len());
     for ((buffer, gone), kept) in buffers.iter_mut().zip(gone).zip(kept) {
@@ -116,8 +141,8 @@ fn cut(json: &mut Value, buffers: &mut [Bytes], dropped: &[bool]) {
         }
         all_cuts.push(cuts);
     }
-    for (view, &is_dropped) in list_mut(json, "bufferViews").iter_mut().zip(dropped) {
-        if is_dropped {
+    for (place, view) in list_mut(json, "bufferViews").iter_mut().enumerate() {
+        if is_dropped(place) {
             continue;
         }
         each_range(view, &mut |range| {

@@ -23,7 +23,7 @@ impl Target {
 }
 
 /// The extensions of a view that say where its compressed bytes are.
-const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// Calls `visit` with every index of a list.
 pub(super) fn each_reference(json: &mut Value, target: Target, visit: &mut dyn FnMut(&mut Value)) {

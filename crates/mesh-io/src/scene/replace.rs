@@ -1,6 +1,6 @@
 //! Replaces the vertices and triangles of meshes.
 
-use super::document::{Scene, list_mut, root_of};
+use super::document::{Scene, list_mut, push_all, root_of};
 use super::extensions::{occurs, remove_unknown, unknown};
 use super::prune::{Referenced, prune};
 use super::vertex_data::VertexData;
@@ -347,16 +347,8 @@ fn numbers(values: &[f64], data: &VertexData) -> Value {
     values.iter().map(number).collect()
 }
 
-fn push_all(json: &mut Value, name: &str, items: impl IntoIterator<Item = Value>) {
-    let Some(document) = json.as_object_mut() else { return };
-    let list = document.entry(name).or_insert_with(|| Value::Array(Vec::new()));
-    if let Some(list) = list.as_array_mut() {
-        list.extend(items);
-    }
-}
-
 /// Removes the names of extensions that occurred before and do not any more.
-fn drop_unused_names(json: &mut Value, before: &Value) {
+pub(super) fn drop_unused_names(json: &mut Value, before: &Value) {
     let mut names: HashMap<String, bool> = HashMap::new();
     for list in ["extensionsUsed", "extensionsRequired"] {
         let mut stays = |name: &Value| {

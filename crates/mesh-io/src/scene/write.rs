@@ -2,14 +2,14 @@
 
 use super::document::{Scene, list_mut};
 use super::extensions::unknown;
-use super::references::each_range;
+use super::references::{MESHOPT, each_range};
 use crate::atomic;
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::gltf::write::{write_glb_buffer_head, write_glb_head};
 use crate::lost::Lost;
 use crate::write::{Staged, format_of};
-use crate::write_options::{WriteOptions, WriteReport};
+use crate::write_options::{Compression, WriteOptions, WriteReport};
 use base64::engine::general_purpose::STANDARD;
 use base64::write::EncoderWriter;
 use serde_json::{Map, Value};
@@ -44,7 +44,15 @@ impl Scene {
     ) -> Result<Staged, WriteError> {
         let path = path.as_ref();
         let format = format_of(path, options)?;
-        let (file, report) = atomic::prepare(path, |writer| self.write_to(writer, format))?;
+        let compressed;
+        let scene = match options.compression {
+            Compression::None => self,
+            Compression::Meshopt => {
+                compressed = self.compressed()?;
+                &compressed
+            }
+        };
+        let (file, report) = atomic::prepare(path, |writer| scene.write_to(writer, format))?;
         Ok(Staged::new(file, report))
     }
 
@@ -128,6 +136,15 @@ impl Scene {
             }
         }
         let mut object = first.unwrap_or_default();
+        // The joined buffer holds more than what compressed views hold too.
+        if let Some(extensions) = object.get_mut("extensions").and_then(Value::as_object_mut) {
+            extensions.retain(|name, _| !MESHOPT.contains(&name.as_str()));
+            if extensions.is_empty()
+                && let Some(members) = object.as_object_mut()
+            {
+                members.remove("extensions");
+            }
+        }
         if let Some(members) = object.as_object_mut() {
             members.insert("byteLength".to_owned(), joined.bytes.len().into());
         }
