@@ -281,3 +281,62 @@ fn meshes_are_written_with_compression() {
     let error = write_to(&mut Vec::new(), &model, Format::Ply, &options).unwrap_err();
     assert!(matches!(error, WriteError::NoCompression(Format::Ply)), "{error}");
 }
+
+/// A torus that `gltf-transform draco` has compressed, and what `gltf-transform copy`, with the decoder of Google, makes
+/// of that.
+const DRACO: &[u8] = include_bytes!("compressed_scenes/draco.glb");
+const DRACO_PLAIN: &[u8] = include_bytes!("compressed_scenes/draco_plain.glb");
+
+#[test]
+fn draco_is_decompressed() {
+    let [plain, found] = [DRACO_PLAIN, DRACO].map(|file| triangles(&model(file).unwrap()));
+    assert_eq!(plain.len(), 80);
+    assert_eq!(found, plain);
+    let read = scene(DRACO).unwrap();
+    assert_eq!(corners_of(&read, 0), corners_of(&scene(DRACO_PLAIN).unwrap(), 0));
+    // What does not change is written in its compressed form.
+    let (json, binary) = parts(DRACO);
+    let (json_again, binary_again) = parts(&written(&read));
+    assert_eq!(json_again, json);
+    assert_eq!(binary_again[..binary.len()], binary);
+    assert_eq!(written(&read.compressed().unwrap()), written(&read));
+}
+
+#[test]
+fn damaged_draco_data_are_errors() {
+    let (json, binary) = parts(DRACO);
+    let mut random = fastrand::Rng::with_seed(1);
+    let mut errors = 0;
+    for _ in 0..300 {
+        let mut damaged = binary.clone();
+        for _ in 0..random.usize(1..4) {
+            let place = random.usize(..damaged.len());
+            damaged[place] = random.u8(..);
+        }
+        errors += u32::from(model(&glb(&json, &damaged)).is_err());
+    }
+    assert!(errors > 100, "{errors}");
+    let mut damaged = binary.clone();
+    damaged[0] = 0;
+    let error = model(&glb(&json, &damaged)).unwrap_err().to_string();
+    let place = "meshes[0].primitives[0].extensions.KHR_draco_mesh_compression";
+    assert!(error.contains(place) && error.contains("export it again"), "{error}");
+    // Values of another type than the document says, and an attribute that is not there.
+    for (pointer, value) in [
+        ("/accessors/1/componentType", json!(5123)),
+        ("/accessors/3/type", json!("VEC3")),
+        (
+            "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression/attributes/NORMAL",
+            json!(9),
+        ),
+    ] {
+        let mut json = json.clone();
+        *json.pointer_mut(pointer).unwrap() = value;
+        let error = model(&glb(&json, &binary)).unwrap_err();
+        assert!(error.to_string().contains(place), "{error}");
+    }
+    let mut json = json.clone();
+    json["accessors"][1]["count"] = json!(1_u64 << 40);
+    let error = model(&glb(&json, &binary)).unwrap_err();
+    assert!(matches!(error.kind, ReadErrorKind::Memory { .. }), "{error}");
+}

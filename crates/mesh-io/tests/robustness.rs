@@ -168,7 +168,7 @@ fn headers_that_promise_too_much_are_refused() {
         (br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":7}}]}]}"#, None),
         (br#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":0,"_A":1},"indices":1}]}],"accessors":[{"count":18446744073709551615,"componentType":5126,"type":"VEC3"},{"count":18446744073709551615,"componentType":5125,"type":"SCALAR"}]}"#, None),
         (br#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"SCALE":0}}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"count":18446744073709551615,"componentType":5126,"type":"VEC3"}]}"#, None),
-        (br#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#, None),
+        (br#"{"asset":{"version":"2.0"},"extensionsRequired":["ACME_mesh_compression"]}"#, None),
         (br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"missing.bin"}]}"#, None),
     ];
     for (bytes, format) in cases {

@@ -172,7 +172,8 @@ impl Document {
         let source = accessor
             .buffer_view
             .map(|view| self.source(view, accessor.byte_offset, count, length, path))
-            .transpose()?;
+            .transpose()?
+            .or(accessor.decoded.as_deref().map(|bytes| Source { bytes, stride: length }));
         let sparse = accessor.sparse.as_ref().map(|sparse| {
             if sparse.count > accessor.count {
                 let expected = format!("no more than {count} sparse values");

@@ -7,6 +7,8 @@
 pub(crate) mod accessor;
 pub(crate) mod compressed;
 pub(crate) mod container;
+#[cfg(feature = "draco")]
+pub(crate) mod draco;
 #[cfg(feature = "gltf-crate")]
 mod from_document;
 mod level;

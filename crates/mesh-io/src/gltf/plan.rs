@@ -450,18 +450,22 @@ impl Planner<'_> {
     }
 }
 
+/// How to get rid of a compression by Draco.
+pub(crate) const UNDRACO: &str =
+    "remove the compression, for example with `gltf-transform copy IN OUT`";
+
 /// Rejects values that exist only in compressed data.
 pub(crate) fn not_draco(
     primitive: &Primitive,
     values: &Values<'_>,
     path: &str,
 ) -> Result<(), ReadErrorKind> {
-    if !(primitive.extensions.draco && values.is_nothing()) {
+    if primitive.extensions.draco.is_none() || !values.is_nothing() {
         return Ok(());
     }
     Err(ReadErrorKind::Unsupported {
         at: at(path),
         what: "the extension KHR_draco_mesh_compression without other data".to_owned(),
-        cure: "export the file without it",
+        cure: UNDRACO,
     })
 }

@@ -3,7 +3,7 @@
 use super::accessor::{Bytes, Document, at, no_such};
 use super::compressed;
 use super::container::{self, Container};
-use super::plan::{FAN, MeshPlan, Part, Plan, STRIP, VertexSet, path_of};
+use super::plan::{FAN, MeshPlan, Part, Plan, STRIP, UNDRACO, VertexSet, path_of};
 use super::scene::{Placed, each_placed, transforms};
 use super::schema::{LARGEST, Mesh, Node, Root, TextureTransform};
 use super::{lost, material};
@@ -53,8 +53,11 @@ pub(super) fn read_root(
     input: &mut Input<'_>,
 ) -> Result<Model, ReadErrorKind> {
     check_extensions(&root)?;
-    let document = Document { root, buffers };
+    #[cfg_attr(not(feature = "draco"), expect(unused_mut, reason = "only that feature changes it"))]
+    let mut document = Document { root, buffers };
     compressed::spend(&document, input)?;
+    #[cfg(feature = "draco")]
+    super::draco::fill(&mut document, Some(input))?;
     let mut model = Model::default();
     let textures = material::read(&document, &mut model, &mut notes, input)?;
     let plan = Plan::of(&document, &textures, &mut notes)?;
@@ -79,6 +82,8 @@ pub(crate) fn read_mesh(
     Ok(reader.finish())
 }
 
+const DRACO: &str = "KHR_draco_mesh_compression";
+
 /// Extensions that affect only the appearance, or that are read here.
 pub(crate) fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
     const HARMLESS: [&str; 8] = [
@@ -92,13 +97,17 @@ pub(crate) fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
         "KHR_meshopt_compression",
     ];
     let required = root.extensions_required.iter().enumerate();
-    let harmless = |name: &str| name.starts_with("KHR_materials_") || HARMLESS.contains(&name);
+    let harmless = |name: &str| {
+        name.starts_with("KHR_materials_")
+            || HARMLESS.contains(&name)
+            || cfg!(feature = "draco") && name == DRACO
+    };
     match required.into_iter().find(|(_, name)| !harmless(name)) {
         None => Ok(()),
         Some((index, name)) => Err(ReadErrorKind::Unsupported {
             at: at(&format!("extensionsRequired[{index}]")),
             what: format!("the extension {}", quote(name.as_bytes())),
-            cure: "export the file without it",
+            cure: if name.as_ref() == DRACO { UNDRACO } else { "export the file without it" },
         }),
     }
 }

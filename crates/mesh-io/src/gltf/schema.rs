@@ -81,6 +81,9 @@ pub(crate) struct Accessor {
     #[serde(default)]
     pub normalized: bool,
     pub sparse: Option<Box<Sparse>>,
+    /// The values, if only compressed data have them.
+    #[serde(skip)]
+    pub decoded: Option<Box<[u8]>>,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -385,8 +388,18 @@ fn triangles() -> u32 {
 #[derive(Deserialize, Default)]
 #[serde(default)]
 pub(crate) struct PrimitiveExtensions {
-    #[serde(rename = "KHR_draco_mesh_compression", deserialize_with = "present")]
-    pub draco: bool,
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<Box<Draco>>,
+}
+
+/// The compressed form of a primitive.
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+#[cfg_attr(not(feature = "draco"), expect(dead_code, reason = "only that feature reads it"))]
+pub(crate) struct Draco {
+    pub buffer_view: u32,
+    /// The numbers of the attributes in the compressed data.
+    pub attributes: Attributes,
 }
 
 #[derive(Deserialize)]
@@ -436,7 +449,7 @@ pub(crate) struct Instancing {
 }
 
 /// Names and the accessors of their values, in the order of the names.
-#[derive(PartialEq, Eq, Hash)]
+#[derive(Default, PartialEq, Eq, Hash)]
 pub(crate) struct Attributes(Vec<(Box<str>, u32)>);
 
 impl Attributes {

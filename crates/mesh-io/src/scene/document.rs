@@ -129,8 +129,14 @@ impl Scene {
         mark_normalized(&mut root, &mut json, &mut notes);
         let files = Files { folder: options.folder.as_deref(), external: options.external };
         let buffers = container::buffers(&root, binary, &files, &mut input)?;
-        let document = Document { root, buffers };
+        #[cfg_attr(
+            not(feature = "draco"),
+            expect(unused_mut, reason = "only that feature changes it")
+        )]
+        let mut document = Document { root, buffers };
         compressed::spend(&document, &mut input)?;
+        #[cfg(feature = "draco")]
+        crate::gltf::draco::fill(&mut document, Some(&mut input))?;
         check::check(&document, &input)?;
         if check::is_empty(&document) && !options.allow_empty {
             return Err(ReadErrorKind::Empty { notes: Vec::new() }.into());
@@ -148,7 +154,11 @@ impl Scene {
     }
 
     /// The scene with another document and buffers.
-    pub(super) fn with(&self, json: Value, document: Document) -> Self {
+    #[cfg_attr(not(feature = "draco"), expect(unused_mut, reason = "only that feature changes it"))]
+    pub(super) fn with(&self, json: Value, mut document: Document) -> Self {
+        // The same data could be decompressed before.
+        #[cfg(feature = "draco")]
+        let _ = crate::gltf::draco::fill(&mut document, None);
         Self { json, document: Arc::new(document), ..self.clone() }
     }
 

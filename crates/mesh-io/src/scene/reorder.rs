@@ -51,9 +51,9 @@ impl Scene {
         }
         let before = Referenced::of(&mut json);
         let buffer = self.document.buffers.len();
-        let mut view = list_mut(&mut json, "bufferViews").len();
+        let first = list_mut(&mut json, "bufferViews").len();
         let (mut bytes, mut views) = (Vec::new(), Vec::new());
-        for ((is_index, stride), kind) in kinds {
+        for (view, ((is_index, stride), kind)) in (first..).zip(kinds) {
             let start = bytes.len();
             bytes.extend(kind.bytes);
             let mut object =
@@ -69,7 +69,6 @@ impl Scene {
             for place in kind.places {
                 place.apply(&mut json, view);
             }
-            view += 1;
         }
         push_all(&mut json, "bufferViews", views);
         push_all(&mut json, "buffers", [json!({ "byteLength": bytes.len() })]);
@@ -219,7 +218,7 @@ fn families(json: &mut Value, root: &Root) -> Vec<Family> {
         family.indices.extend(primitive.indices);
         family.is_fixed |= primitive.mode != TRIANGLES
             || primitive.indices.is_none()
-            || primitive.extensions.draco;
+            || primitive.extensions.draco.is_some();
     }
     for family in families.values_mut() {
         let all = family.attributes.iter().chain(&family.indices);
