@@ -53,11 +53,19 @@ struct Mesh {
     sha256: String,
     /// As far as it is known.
     licence: String,
+    /// The group in which it is compared.
+    class: String,
     kind: String,
 }
 
 /// The list that is part of this program.
 const LIST: &str = include_str!("../data.toml");
+
+/// The class of the file with this hash, if the list has the file.
+pub(crate) fn class(sha256: &str) -> Result<Option<String>, Failure> {
+    let List { mesh: meshes } = toml::from_str(LIST).map_err(Failure::numbers)?;
+    Ok(meshes.into_iter().find(|mesh| mesh.sha256 == sha256).map(|mesh| mesh.class))
+}
 
 /// Fetches what is not there yet, and says what could not be had.
 pub(crate) fn run(options: &Fetch) -> Result<(), Failure> {
@@ -178,6 +186,7 @@ mod tests {
             path: "a.obj".into(),
             sha256: format!("{:x}", Sha256::digest(content)),
             licence: "none".into(),
+            class: "scan".into(),
             kind: "a point".into(),
         }
     }
@@ -212,11 +221,16 @@ mod tests {
 
     #[test]
     fn the_list_is_complete() {
+        const CLASSES: [&str; 7] =
+            ["scan", "figure", "CAD", "object", "terrain", "generated", "broken"];
         let List { mesh: meshes } = toml::from_str(LIST).unwrap();
         assert!(meshes.len() > 30);
+        assert_eq!(class(&meshes[0].sha256).unwrap().as_ref(), Some(&meshes[0].class));
+        assert_eq!(class("00").unwrap(), None);
         for (index, mesh) in meshes.iter().enumerate() {
             assert_eq!((mesh.commit.len(), mesh.sha256.len()), (40, 64), "{}", mesh.name);
             assert!(!mesh.licence.is_empty() && !mesh.kind.is_empty(), "{}", mesh.name);
+            assert!(CLASSES.contains(&&*mesh.class), "{}: {}", mesh.name, mesh.class);
             assert!(meshes[..index].iter().all(|other| other.name != mesh.name), "{}", mesh.name);
         }
     }

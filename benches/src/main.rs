@@ -9,6 +9,7 @@ mod fetch;
 mod giant;
 mod instructions;
 mod peers;
+mod process;
 mod tolerance_study;
 
 use std::process::ExitCode;

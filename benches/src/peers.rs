@@ -28,7 +28,8 @@ use mesh_metric::Surface;
 use sha2::{Digest, Sha256};
 
 use environment::Environment;
-use job::{Done, Job, Stop, Target};
+use errors::Meter;
+use job::{Cost, Done, Job, Stop, Target};
 pub(crate) use job::{PeerJob, run as run_job};
 use raw::RawMesh;
 use record::{Machine, Outcome, Record};
@@ -123,12 +124,14 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
         let path = models.join(name);
         let bytes = std::fs::read(&path).map_err(Failure::reading(&path))?;
         let sha256 = format!("{:x}", Sha256::digest(&bytes));
+        let class = crate::fetch::class(&sha256)?;
         let raw = unit_mesh(&path)?;
         let input = out.join("input.raw");
         raw.write(&input)?;
         let mesh = raw.to_mesh()?;
         let surface = Surface::new(&mesh).map_err(Failure::mesh)?;
         let judge = Judge::new(&raw, &mesh, &surface)?;
+        let mut meter = Meter::new(&environment, &input);
         for &target in &targets {
             for (tool, version) in tools.iter().zip(&versions) {
                 bar.set_message(format!("{name} {target} {tool}"));
@@ -140,7 +143,8 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                     input: input.clone(),
                     output: out.join("output.raw"),
                 };
-                let outcome = outcome(&environment, &judge, &job);
+                let load = record::load();
+                let outcome = outcome(&environment, &judge, &mut meter, &job);
                 let [program, preset] = tool.program_and_preset();
                 let row = Record {
                     name: tool.to_string(),
@@ -148,6 +152,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                     version: version.clone(),
                     preset,
                     mesh: name.clone(),
+                    class: class.clone(),
                     sha256: sha256.clone(),
                     input_faces: raw.triangles.len(),
                     target: target.to_string(),
@@ -159,6 +164,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                     repeats: options.repeats,
                     seed: errors::SEED,
                     machine: machine.clone(),
+                    load,
                     failure: outcome.as_ref().err().cloned(),
                     outcome: outcome.ok(),
                 };
@@ -179,13 +185,18 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
 }
 
 /// Runs a job, and measures and judges its result.
-fn outcome(environment: &Environment, judge: &Judge<'_>, job: &Job) -> Result<Outcome, String> {
+fn outcome(
+    environment: &Environment,
+    judge: &Judge<'_>,
+    meter: &mut Meter<'_>,
+    job: &Job,
+) -> Result<Outcome, String> {
     let done = environment.run(job)?;
     let result = RawMesh::read(&job.output).map_err(|e| e.to_string())?;
     let validity = judge.judge(&result).map_err(|e| e.to_string())?;
-    let errors = errors::measure(environment, &job.input, &job.output)?;
-    let Done { faces, seconds, peak } = done;
-    Ok(Outcome { faces, seconds, memory: peak, errors, validity })
+    let errors = meter.measure(&job.output)?;
+    let Done { faces, cost: Cost { seconds, cpu, peak } } = done;
+    Ok(Outcome { faces, seconds, cpu_seconds: cpu, memory: peak, errors, validity })
 }
 
 /// Writes the tables of pages anew.

@@ -11,9 +11,7 @@ mod sampling;
 mod surfaces;
 
 use std::collections::HashSet;
-use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::time::Instant;
 
 use clap::ValueEnum;
@@ -27,6 +25,7 @@ use mesh_core::{PolygonSoup, TriMesh, VertexId, VertexMap};
 use mesh_shapes::{add_normal_noise, mean_edge_length};
 use xtask_common::{Failure, Numbers, VirtualEnvironment, progress_bar};
 
+use crate::process::Process;
 use row::{Key, Ours, Row};
 use sampling::{Sampled, Sampling, sample};
 use surfaces::{Exact, Surface};
@@ -262,30 +261,6 @@ struct Peers {
     process: Option<Process>,
 }
 
-/// A Python process, the pipe of requests to it and the pipe of answers.
-struct Process {
-    child: Child,
-    requests: ChildStdin,
-    answers: BufReader<ChildStdout>,
-}
-
-impl Process {
-    /// The answer to a request; `None` if the process has crashed.
-    fn ask(&mut self, request: &str) -> Option<String> {
-        writeln!(self.requests, "{request}").ok()?;
-        let mut answer = String::new();
-        let read = self.answers.read_line(&mut answer).ok()?;
-        (read > 0).then_some(answer)
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
 impl Peers {
     const PACKAGES: [&str; 6] =
         ["numpy", "scipy", "libigl", "pymeshlab", "pyvista", "trimesh[easy]"];
@@ -304,10 +279,7 @@ impl Peers {
         if self.process.is_none() {
             let mut command = self.python.python();
             command.arg(self.folder.join("peers.py")).arg(&self.folder);
-            command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
-            let mut child = command.spawn().ok()?;
-            let (requests, answers) = (child.stdin.take()?, child.stdout.take()?);
-            self.process = Some(Process { child, requests, answers: BufReader::new(answers) });
+            self.process = Some(Process::start(&mut command).ok()?);
         }
         self.process.as_mut()
     }

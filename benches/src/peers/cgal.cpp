@@ -1,12 +1,14 @@
 // One run of CGAL's edge collapse on a raw mesh:
 // lindstrom-turk|garland-heckbert faces COUNT THREADS REPEATS INPUT OUTPUT.
-// Prints the least time of the calls in seconds, the faces of the result, and a dash for the memory.
+// Prints the least time of the calls in seconds, the faces of the result, a dash for the memory, and the least time of
+// the core.
 
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -82,10 +84,11 @@ int main(int, char** arguments) {
     const FewFaces stop{static_cast<std::size_t>(std::atof(arguments[3]))};
     const int repeats = std::atoi(arguments[5]);
     const Mesh original = read(arguments[6]);
-    double least = 1e300, sum = 0;
+    double least = 1e300, least_cpu = 1e300, sum = 0;
     Mesh mesh;
     for (int i = 0; i < repeats && sum < 10; ++i) {
         mesh = original;
+        const auto worked = std::clock();
         const auto start = std::chrono::steady_clock::now();
         if (kind == "lindstrom-turk") {
             collapse::edge_collapse(mesh, stop);
@@ -98,9 +101,10 @@ int main(int, char** arguments) {
         }
         const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
         least = std::min(least, seconds.count());
+        least_cpu = std::min(least_cpu, double(std::clock() - worked) / CLOCKS_PER_SEC);
         sum += seconds.count();
     }
     mesh.collect_garbage();
     write(arguments[7], mesh);
-    std::printf("%.6f %zu -\n", least, static_cast<std::size_t>(mesh.number_of_faces()));
+    std::printf("%.6f %zu - %.6f\n", least, static_cast<std::size_t>(mesh.number_of_faces()), least_cpu);
 }

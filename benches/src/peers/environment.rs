@@ -4,15 +4,11 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::job::{Done, Job, Stop};
+use super::job::{Cost, Done, Job, Stop};
 use super::raw::RawMesh;
 use super::tool::{Package, Tool};
 use crate::command_output::command_output;
 use xtask_common::{Failure, VirtualEnvironment};
-
-/// Packages by their names in the index. `Open3D` is also used for measuring.
-const PACKAGES: [&str; 6] =
-    ["numpy", "open3d", "pymeshlab", "fast-simplification", "meshlib", "manifold3d"];
 
 /// The programs that are written to the folder and run there.
 const SOURCES: [(&str, &str); 3] = [
@@ -54,16 +50,22 @@ impl Environment {
         Ok(environment)
     }
 
+    /// Installs the packages once, and again if this program knows other ones. `Open3D` and numpy also measure.
     fn install(&self) -> Result<(), Failure> {
-        if self.imports("open3d") && self.imports("numpy") {
+        let mut names = vec!["numpy"];
+        names.extend(Package::ALL.map(Package::distribution));
+        names.dedup();
+        let note = self.python.folder.join("packages.txt");
+        let text = names.join("\n");
+        if std::fs::read_to_string(&note).is_ok_and(|old| old == text) {
             return Ok(());
         }
         println!("installing the peers in {}", self.folder.display());
-        self.python.install_if_there(&PACKAGES, "the table is without it");
+        self.python.install_if_there(&names, "the table is without it");
         if !self.imports("open3d") {
             return Err(Failure::Usage("without open3d nothing can be measured".into()));
         }
-        Ok(())
+        std::fs::write(&note, text).map_err(Failure::writing(&note))
     }
 
     fn imports(&self, module: &str) -> bool {
@@ -188,7 +190,7 @@ impl Environment {
             faces = read.triangles.len();
             read.write(&job.output).map_err(|e| e.to_string())?;
         }
-        Ok(Done { seconds, faces, peak: None })
+        Ok(Done { faces, cost: Cost { seconds, cpu: None, peak: None } })
     }
 
     /// A command that is restricted to some cores, if the system supports it.
@@ -205,9 +207,11 @@ impl Environment {
         command
     }
 
-    /// The output of a script in the folder.
-    pub(super) fn python(&self, script: &str, arguments: &[&OsStr]) -> Result<String, String> {
-        succeed(self.python.python().arg(self.folder.join(script)).args(arguments))
+    /// A command that runs a script of the folder.
+    pub(super) fn script(&self, name: &str, arguments: &[&OsStr]) -> Command {
+        let mut command = self.python.python();
+        command.arg(self.folder.join(name)).args(arguments);
+        command
     }
 }
 

@@ -1,6 +1,6 @@
-"""Two-sided distance and deviation of normals between two raw meshes: ORIGINAL RESULT SEED.
+"""Two-sided distance and deviation of normals between raw meshes: ORIGINAL SEED.
 
-Prints mean, root mean square (means of the two directions), maximum, and the mean angle between
+Results are read from standard input, a path a line. Prints for each mean, root mean square (means of the two directions), maximum, and the mean angle between
 the normals at nearest points in degrees.
 """
 
@@ -49,12 +49,17 @@ def one_way(points, normals, surface):
 
 
 def main():
-    original, result = (read(path) for path in sys.argv[1:3])
-    seed = int(sys.argv[3])
-    there = one_way(*samples(*original, seed), scene(*result))
-    back = one_way(*samples(*result, seed + 1), scene(*original))
-    mean, rms, _, angle = ((x + y) / 2 for x, y in zip(there, back))
-    print(mean, rms, max(there[2], back[2]), angle)
+    original, seed = read(sys.argv[1]), int(sys.argv[2])
+    surface, points = scene(*original), samples(*original, seed)
+    for line in sys.stdin:
+        try:
+            result = read(line.rstrip("\n"))
+            there = one_way(*points, scene(*result))
+            back = one_way(*samples(*result, seed + 1), surface)
+            mean, rms, _, angle = ((x + y) / 2 for x, y in zip(there, back))
+            print(mean, rms, max(there[2], back[2]), angle, flush=True)
+        except Exception as error:
+            print(repr(error), flush=True)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::environment::Environment;
+use crate::process::Process;
 
 /// Distances between a result and its original, in both directions. The diagonal is one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,18 +21,40 @@ pub(super) struct Errors {
 /// The seed of the points at which distances are measured.
 pub(super) const SEED: u64 = 1;
 
-/// Measures two raw meshes.
-pub(super) fn measure(
-    environment: &Environment,
-    original: &Path,
-    result: &Path,
-) -> Result<Errors, String> {
-    let seed = SEED.to_string();
-    let arguments = [original.as_os_str(), result.as_os_str(), seed.as_ref()];
-    let text = environment.python("errors.py", &arguments)?;
-    let numbers: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).collect();
-    match numbers[..] {
-        [mean, rms, max, normals] => Ok(Errors { mean, rms, max, normals }),
-        _ => Err(format!("errors.py answers {text:?}")),
+/// Measures results of one original. Points of the original are found once.
+pub(super) struct Meter<'e> {
+    environment: &'e Environment,
+    original: &'e Path,
+    /// None before the first request and after a crash.
+    process: Option<Process>,
+}
+
+impl<'e> Meter<'e> {
+    /// For an original as a raw mesh.
+    pub(super) fn new(environment: &'e Environment, original: &'e Path) -> Self {
+        Self { environment, original, process: None }
+    }
+
+    /// Measures a result.
+    pub(super) fn measure(&mut self, result: &Path) -> Result<Errors, String> {
+        if self.process.is_none() {
+            let seed = SEED.to_string();
+            let arguments = [self.original.as_os_str(), seed.as_ref()];
+            let mut command = self.environment.script("errors.py", &arguments);
+            self.process = Some(Process::start(&mut command).map_err(|e| e.to_string())?);
+        }
+        let answer = self.process.as_mut().and_then(|process| {
+            let request = result.to_str()?;
+            process.ask(request)
+        });
+        let Some(answer) = answer else {
+            self.process = None;
+            return Err("the distances cannot be measured: errors.py ended".into());
+        };
+        let numbers: Vec<f64> = answer.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+        match numbers[..] {
+            [mean, rms, max, normals] => Ok(Errors { mean, rms, max, normals }),
+            _ => Err(format!("the distances cannot be measured: {}", answer.trim())),
+        }
     }
 }

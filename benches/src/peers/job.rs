@@ -1,13 +1,13 @@
 //! One run of a tool, in a separate process.
 //!
-//! The process answers with one line: seconds, faces, and the bytes it used beyond the input.
+//! The process answers with one line: seconds, faces, the bytes it used beyond the input, and seconds of its cores.
 
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Instant;
 
-use mesh_core::TriMesh;
+use cpu_time::ProcessTime;
 use simplify::{ErrorCheck, Options, Preset, simplify};
 
 use super::raw::RawMesh;
@@ -45,9 +45,17 @@ pub(super) struct Job {
 /// The outcome of a job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Done {
+    pub(super) faces: usize,
+    pub(super) cost: Cost,
+}
+
+/// Time and memory of a job.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Cost {
     /// The minimum over the runs.
     pub(super) seconds: f64,
-    pub(super) faces: usize,
+    /// The time that cores worked for it, the minimum over the runs, if the system reports it.
+    pub(super) cpu: Option<f64>,
     /// Peak memory beyond the memory in use after reading the input, if the system reports it.
     pub(super) peak: Option<u64>,
 }
@@ -89,11 +97,12 @@ impl FromStr for Done {
     fn from_str(text: &str) -> Result<Self, String> {
         let words: Vec<&str> = text.lines().last().unwrap_or_default().split_whitespace().collect();
         let found = match words[..] {
-            [seconds, faces, peak] => seconds
-                .parse()
-                .ok()
-                .zip(faces.parse().ok())
-                .map(|(seconds, faces)| Self { seconds, faces, peak: peak.parse().ok() }),
+            [seconds, faces, peak, cpu] => {
+                seconds.parse().ok().zip(faces.parse().ok()).map(|(seconds, faces)| {
+                    let cost = Cost { seconds, cpu: cpu.parse().ok(), peak: peak.parse().ok() };
+                    Self { faces, cost }
+                })
+            }
             _ => None,
         };
         found.ok_or_else(|| format!("no answer but {text:?}"))
@@ -102,8 +111,11 @@ impl FromStr for Done {
 
 impl fmt::Display for Done {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let peak = self.peak.map_or_else(|| "-".to_owned(), |peak| peak.to_string());
-        write!(f, "{} {} {peak}", self.seconds, self.faces)
+        fn told<T: ToString>(known: Option<T>) -> String {
+            known.map_or_else(|| "-".to_owned(), |value| value.to_string())
+        }
+        let Self { faces, cost: Cost { seconds, cpu, peak } } = self;
+        write!(f, "{seconds} {faces} {} {}", told(*peak), told(*cpu))
     }
 }
 
@@ -153,44 +165,38 @@ fn preset(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Failure> {
         Stop::Error(distance) => Options::preset(preset).within(distance, check),
     };
     let mesh = input.to_mesh()?;
-    let (result, seconds, peak) =
-        least(run.repeats, || simplify(&mesh, &options).map_err(Failure::mesh))?;
-    finish(result.mesh, seconds, peak, run)
-}
-
-fn finish(
-    mut mesh: TriMesh,
-    seconds: f64,
-    peak: Option<u64>,
-    run: &PeerJob,
-) -> Result<Done, Failure> {
+    let (result, cost) = least(run.repeats, || simplify(&mesh, &options).map_err(Failure::mesh))?;
+    let mut mesh = result.mesh;
     mesh.compact();
     RawMesh::of(&mesh).write(&run.output)?;
-    Ok(Done { seconds, faces: mesh.topology().face_count(), peak })
+    Ok(Done { faces: mesh.topology().face_count(), cost })
 }
 
-/// The last result of several runs, the minimum time, and the memory of the first one.
+/// The last result of several runs, their minimum times, and the memory of the first one.
 fn least<T>(
     repeats: usize,
     mut compute: impl FnMut() -> Result<T, Failure>,
-) -> Result<(T, f64, Option<u64>), Failure> {
-    let mut least = f64::INFINITY;
+) -> Result<(T, Cost), Failure> {
+    let mut least = Cost { seconds: f64::INFINITY, cpu: None, peak: None };
     let mut sum = 0.0;
     let mut count = 0;
-    let mut peak = None;
     loop {
         let before = memory::start();
+        let worked = ProcessTime::try_now();
         let start = Instant::now();
         let result = compute()?;
         let seconds = start.elapsed().as_secs_f64();
+        let cpu = worked.and_then(|worked| worked.try_elapsed()).ok();
+        let cpu = cpu.map(|cpu| cpu.as_secs_f64());
         if count == 0 {
-            peak = before.and_then(memory::beyond);
+            least.peak = before.and_then(memory::beyond);
         }
-        least = least.min(seconds);
+        least.seconds = least.seconds.min(seconds);
+        least.cpu = cpu.map(|cpu| least.cpu.map_or(cpu, |other| other.min(cpu)));
         sum += seconds;
         count += 1;
         if count >= repeats || sum > ENOUGH {
-            return Ok((result, least, peak));
+            return Ok((result, least));
         }
     }
 }
@@ -206,14 +212,14 @@ fn meshoptimizer(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Fai
     let vertices = VertexDataAdapter::new(typed_to_bytes(&positions), 12, 0)
         .map_err(|e| Failure::Usage(e.to_string()))?;
     let indices = input.triangles.as_flattened();
-    let (result, seconds, peak) = least(run.repeats, || {
+    let (result, cost) = least(run.repeats, || {
         let options = SimplifyOptions::None;
         Ok(meshopt::simplify(indices, &vertices, 3 * faces, f32::MAX, options, None))
     })?;
     let triangles: Vec<[u32; 3]> = result.as_chunks().0.to_vec();
     let faces = triangles.len();
     RawMesh { vertices: input.vertices.clone(), triangles }.write(&run.output)?;
-    Ok(Done { seconds, faces, peak })
+    Ok(Done { faces, cost })
 }
 
 #[cfg(not(feature = "meshopt"))]
@@ -243,14 +249,27 @@ mod memory {
 
 #[cfg(test)]
 mod tests {
-    use super::Done;
+    use super::{Cost, Done, least};
 
     #[test]
     fn an_answer_survives_the_way_through_the_text() {
-        for peak in [None, Some(7)] {
-            let done = Done { seconds: 0.25, faces: 3, peak };
+        for (peak, cpu) in [(None, None), (Some(7), None), (None, Some(0.125))] {
+            let done = Done { faces: 3, cost: Cost { seconds: 0.25, cpu, peak } };
             assert_eq!(format!("noise\n{done}\n").parse(), Ok(done));
         }
         assert!("nothing".parse::<Done>().is_err());
+    }
+
+    /// Waiting takes time, but no core works meanwhile.
+    #[test]
+    fn the_time_of_cores_is_without_waiting() {
+        let wait = std::time::Duration::from_millis(50);
+        let (_, cost) = least(1, || {
+            std::thread::sleep(wait);
+            Ok(())
+        })
+        .unwrap();
+        assert!(cost.seconds >= wait.as_secs_f64());
+        assert!(cost.cpu.is_some_and(|cpu| cpu < cost.seconds), "{cost:?}");
     }
 }

@@ -21,6 +21,9 @@ pub(super) struct Record {
     pub(super) version: Option<String>,
     pub(super) preset: String,
     pub(super) mesh: String,
+    /// The class of the mesh, if the list of meshes has it.
+    #[serde(default)]
+    pub(super) class: Option<String>,
     /// Of the file of the mesh, in hexadecimal digits.
     pub(super) sha256: String,
     pub(super) input_faces: usize,
@@ -32,6 +35,9 @@ pub(super) struct Record {
     /// Of the points at which distances are measured.
     pub(super) seed: u64,
     pub(super) machine: Machine,
+    /// How many programs wanted to work, on average over the minute before the job, if the system reports it.
+    #[serde(default)]
+    pub(super) load: Option<f64>,
     /// None if the job failed.
     pub(super) outcome: Option<Outcome>,
     /// Why the job failed.
@@ -44,6 +50,9 @@ pub(super) struct Outcome {
     pub(super) faces: usize,
     /// The least time of the repeats.
     pub(super) seconds: f64,
+    /// The time that cores worked, the least of the repeats, if the system reports it.
+    #[serde(default)]
+    pub(super) cpu_seconds: Option<f64>,
     /// Bytes beyond the memory in use after reading the input, if the system reports them.
     pub(super) memory: Option<u64>,
     /// In units of the diagonal.
@@ -66,6 +75,11 @@ impl Machine {
         let cpu = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
         Self { cores, cpu: cpu.map(|(_, name)| name.trim().to_owned()) }
     }
+}
+
+/// How many programs wanted to work, on average over the last minute, if the system reports it.
+pub(super) fn load() -> Option<f64> {
+    std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }
 
 /// Results whose face counts differ by more are not compared.
@@ -100,11 +114,17 @@ impl Record {
         self.tool == "curvmesh"
     }
 
+    /// The time of a job of one thread: of its core if that is known, so that other work on the machine counts little.
+    pub(super) fn time(&self) -> Option<f64> {
+        let Outcome { seconds, cpu_seconds, .. } = self.outcome?;
+        Some(cpu_seconds.filter(|_| self.threads == 1).unwrap_or(seconds))
+    }
+
     /// Time, mean, root mean square and maximum of the distance, normals, and faces.
     pub(super) fn values(&self) -> Option<[f64; 6]> {
-        let Outcome { seconds, faces, errors, .. } = self.outcome?;
+        let Outcome { faces, errors, .. } = self.outcome?;
         let Errors { mean, rms, max, normals } = errors;
-        Some([seconds, mean, rms, max, normals, faces as f64])
+        Some([self.time()?, mean, rms, max, normals, faces as f64])
     }
 
     /// Memory for each face of the input.
@@ -116,7 +136,9 @@ impl Record {
 impl fmt::Display for Record {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:24} {:>12} {:20} ", self.mesh, self.target, self.name)?;
-        let Some(Outcome { faces, seconds, errors, validity, .. }) = &self.outcome else {
+        let (Some(Outcome { faces, errors, validity, .. }), Some(seconds)) =
+            (&self.outcome, self.time())
+        else {
             return f.write_str(self.failure.as_deref().unwrap_or("it failed"));
         };
         write!(
@@ -177,6 +199,7 @@ pub(super) mod tests {
             version: Some("1.0".into()),
             preset: name.into(),
             mesh: "a".into(),
+            class: Some("scan".into()),
             sha256: "00".into(),
             input_faces: 1000,
             target: "10 %".into(),
@@ -185,7 +208,15 @@ pub(super) mod tests {
             repeats: 1,
             seed: 1,
             machine: Machine { cores: 2, cpu: None },
-            outcome: Some(Outcome { faces, seconds, memory: Some(5000), errors, validity }),
+            load: Some(0.5),
+            outcome: Some(Outcome {
+                faces,
+                seconds,
+                cpu_seconds: None,
+                memory: Some(5000),
+                errors,
+                validity,
+            }),
             failure: None,
         }
     }
@@ -202,6 +233,16 @@ pub(super) mod tests {
         let lines = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, format!("{lines}{{}}\n")).unwrap();
         assert!(read(&path).unwrap_err().to_string().contains("line 3"));
+    }
+
+    #[test]
+    fn the_time_of_one_thread_is_the_time_of_its_core() {
+        let mut job = record("fast", 100, 0.5, 0.25);
+        assert_eq!(job.time(), Some(0.5));
+        job.outcome.as_mut().unwrap().cpu_seconds = Some(0.25);
+        assert_eq!(job.time(), Some(0.25));
+        job.threads = 2;
+        assert_eq!(job.time(), Some(0.5));
     }
 
     #[test]

@@ -237,6 +237,8 @@ fn label(rows: &[Record], name: &str) -> String {
         "meshlab" => "MeshLab",
         "meshlib" => "MeshLib",
         "open3d" => "Open3D",
+        "vtk-quadric" => "VTK, quadric",
+        "vtk-pro" => "VTK, decimate pro",
         other => other,
     }
     .to_owned()

@@ -32,11 +32,24 @@ pub(super) enum Package {
     MeshLib,
     Open3d,
     Manifold,
+    Pyfqmr,
+    VtkQuadric,
+    VtkPro,
+    Libigl,
 }
 
 impl Package {
-    pub(super) const ALL: [Self; 5] =
-        [Self::MeshLab, Self::FastSimplification, Self::MeshLib, Self::Open3d, Self::Manifold];
+    pub(super) const ALL: [Self; 9] = [
+        Self::MeshLab,
+        Self::FastSimplification,
+        Self::MeshLib,
+        Self::Open3d,
+        Self::Manifold,
+        Self::Pyfqmr,
+        Self::VtkQuadric,
+        Self::VtkPro,
+        Self::Libigl,
+    ];
 
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -45,6 +58,10 @@ impl Package {
             Self::MeshLib => "meshlib",
             Self::Open3d => "open3d",
             Self::Manifold => "manifold",
+            Self::Pyfqmr => "pyfqmr",
+            Self::VtkQuadric => "vtk-quadric",
+            Self::VtkPro => "vtk-pro",
+            Self::Libigl => "libigl",
         }
     }
 
@@ -52,7 +69,12 @@ impl Package {
     pub(super) fn distribution(self) -> &'static str {
         match self {
             Self::MeshLab | Self::Manifold => self.module(),
-            Self::FastSimplification | Self::MeshLib | Self::Open3d => self.name(),
+            Self::VtkQuadric | Self::VtkPro => "vtk",
+            Self::FastSimplification
+            | Self::MeshLib
+            | Self::Open3d
+            | Self::Pyfqmr
+            | Self::Libigl => self.name(),
         }
     }
 
@@ -64,6 +86,9 @@ impl Package {
             Self::MeshLib => "meshlib",
             Self::Open3d => "open3d",
             Self::Manifold => "manifold3d",
+            Self::Pyfqmr => "pyfqmr",
+            Self::VtkQuadric | Self::VtkPro => "vtkmodules",
+            Self::Libigl => "igl",
         }
     }
 }
@@ -86,6 +111,9 @@ impl Tool {
             Self::Meshopt => [self.to_string(), "simplify".into()],
             Self::CgalLindstromTurk => ["cgal".into(), "lindstrom-turk".into()],
             Self::CgalGarlandHeckbert => ["cgal".into(), "garland-heckbert".into()],
+            Self::Python(Package::VtkQuadric) => ["vtk".into(), "quadric".into()],
+            Self::Python(Package::VtkPro) => ["vtk".into(), "decimate-pro".into()],
+            Self::Python(Package::Libigl) => ["libigl".into(), "qslim".into()],
             Self::Python(package) => [package.name().into(), "default".into()],
         }
     }
