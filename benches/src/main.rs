@@ -50,6 +50,7 @@ enum Measurement {
     ///     cargo run --release -p benches --features meshopt -- peers --models meshes
     ///     cargo run --release -p benches -- peers --models meshes --max-errors 0.2
     ///     cargo run -p benches -- peers --from benches/recorded/peers.jsonl
+    ///     cargo run -p benches -- peers --from benches/recorded/peers.jsonl --html peers.html
     #[command(verbatim_doc_comment)]
     Peers(peers::Peers),
     /// Fetch the meshes of the benchmark from their public repositories, and check them

@@ -6,13 +6,14 @@
 //! are between runs of the same command.
 //!
 //! The record of a run is a file of JSON lines, one for each job. The tables of the pages are made from such a record,
-//! with `--from` without running anything.
+//! with `--from` without running anything; so is a page that sorts, filters and plots them.
 //!
 //! The tools written in Python are installed in a virtual environment under `target/peers`. CGAL is included if its
 //! headers and a C++ compiler are available, meshoptimizer if this program was built with the feature `meshopt`.
 
 mod environment;
 mod errors;
+mod html;
 mod job;
 mod pages;
 mod raw;
@@ -20,6 +21,7 @@ mod record;
 mod table;
 mod tool;
 mod validity;
+mod views;
 
 use std::path::{Path, PathBuf};
 
@@ -67,12 +69,18 @@ pub(crate) struct Peers {
     /// The tool that the others are ratios to: the first that is there of cgal-lt and meshlab
     #[arg(long, value_name = "TOOL")]
     base: Option<String>,
-    /// The folder for the environment, the record (peers.jsonl) and the tables (peers.md)
+    /// The folder for the environment, the record (peers.jsonl), the tables (peers.md) and the page (peers.html)
     #[arg(long, value_name = "DIR", default_value = "target/peers")]
     out: PathBuf,
     /// Run nothing; write the tables of the pages from this record
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
+    /// For --from: instead of the tables of pages, write a page that sorts, filters and plots
+    #[arg(long, value_name = "FILE", requires = "from", conflicts_with = "pages")]
+    html: Option<PathBuf>,
+    /// Keep every result beside its input, as a page with both meshes in OUT/views; they take space
+    #[arg(long, conflicts_with = "from")]
+    keep: bool,
     /// The pages with tables, for --from
     #[arg(long, value_name = "FILE", value_delimiter = ',', requires = "from")]
     #[arg(default_values_t = PAGES.map(str::to_owned))]
@@ -99,7 +107,11 @@ const MESHES: [&str; 10] = [
 /// Runs every tool on every mesh, and prints the tables; or makes them from a record.
 pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     if let Some(path) = &options.from {
-        return write_pages(&record::read(path)?, &options.pages);
+        let rows = record::read(path)?;
+        return match &options.html {
+            Some(page) => write_html(&rows, page),
+            None => write_pages(&rows, &options.pages),
+        };
     }
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let out = std::path::absolute(&options.out).map_err(Failure::writing(&options.out))?;
@@ -169,6 +181,9 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                     outcome: outcome.ok(),
                 };
                 bar.suspend(|| println!("{row}"));
+                if options.keep && row.outcome.is_some() {
+                    views::write(&row, &out, &raw, &RawMesh::read(&job.output)?)?;
+                }
                 rows.push(row);
                 bar.inc(1);
             }
@@ -181,7 +196,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     let path = out.join("peers.md");
     std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
     print!("{text}");
-    Ok(())
+    write_html(&rows, &out.join("peers.html"))
 }
 
 /// Runs a job, and measures and judges its result.
@@ -197,6 +212,14 @@ fn outcome(
     let errors = meter.measure(&job.output)?;
     let Done { faces, cost: Cost { seconds, cpu, peak } } = done;
     Ok(Outcome { faces, seconds, cpu_seconds: cpu, memory: peak, errors, validity })
+}
+
+/// Writes the page of a record.
+fn write_html(rows: &[Record], page: &Path) -> Result<(), Failure> {
+    let text = html::page(rows, page.parent().unwrap_or_else(|| Path::new("")))?;
+    std::fs::write(page, text).map_err(Failure::writing(page))?;
+    println!("{}: {} runs", page.display(), rows.len());
+    Ok(())
 }
 
 /// Writes the tables of pages anew.

@@ -1,6 +1,8 @@
 //! Tests of the command line.
 #![allow(clippy::unwrap_used)]
 
+mod page_in_browser;
+
 use std::process::Command;
 
 use mesh_core::{Repair, build};

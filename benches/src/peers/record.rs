@@ -77,6 +77,13 @@ impl Machine {
     }
 }
 
+impl fmt::Display for Machine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let cpu = self.cpu.as_deref().unwrap_or("unknown processor");
+        write!(f, "{cpu}, {} cores", self.cores)
+    }
+}
+
 /// How many programs wanted to work, on average over the last minute, if the system reports it.
 pub(super) fn load() -> Option<f64> {
     std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
@@ -112,6 +119,11 @@ impl Record {
     /// Whether it is a preset of ours.
     pub(super) fn is_ours(&self) -> bool {
         self.tool == "curvmesh"
+    }
+
+    /// Whether [`Record::time`] is the time of a core.
+    pub(super) fn is_told_by_cores(&self) -> bool {
+        self.threads == 1 && self.outcome.is_some_and(|outcome| outcome.cpu_seconds.is_some())
     }
 
     /// The time of a job of one thread: of its core if that is known, so that other work on the machine counts little.

@@ -63,7 +63,7 @@ impl Column {
 /// The table of all columns, as in the book.
 pub(super) fn full(rows: &[Record], base: &str) -> String {
     let mut columns = vec![Column::Time];
-    let targets = distinct(rows, |row| &row.target);
+    let targets = distinct(rows, |row| &*row.target);
     if targets.len() > 1 {
         columns.extend(targets.iter().map(|target| Column::TimeTo((*target).to_owned())));
     }
@@ -85,7 +85,7 @@ fn of_columns(rows: &[Record], base: &str, columns: &[Column]) -> String {
     let titles: Vec<String> = columns.iter().map(Column::title).collect();
     let all: Vec<&Record> = rows.iter().collect();
     let mut text = format!("| | {} |\n|---|{}\n", titles.join(" | "), "---|".repeat(columns.len()));
-    for name in distinct(rows, |row| &row.name) {
+    for name in distinct(rows, |row| &*row.name) {
         let _ = write!(text, "| {} |", label(rows, name));
         for column in columns {
             match column.cell(&all, name, base) {
@@ -101,7 +101,7 @@ fn of_columns(rows: &[Record], base: &str, columns: &[Column]) -> String {
 /// The defects that the inputs did not have, summed over all jobs, and what else tells whether a result is sound.
 pub(super) fn validity(rows: &[Record]) -> String {
     let mut text = String::new();
-    for name in distinct(rows, |row| &row.name) {
+    for name in distinct(rows, |row| &*row.name) {
         let own = || rows.iter().filter(|row| row.name == name);
         let outcomes: Vec<&Outcome> = own().filter_map(|row| row.outcome.as_ref()).collect();
         let failed = own().filter(|row| row.outcome.is_none()).count();
@@ -142,7 +142,7 @@ pub(super) fn validity(rows: &[Record]) -> String {
 /// Everything about a run, for the terminal: ratios over all targets and for each of them, and defects.
 pub(super) fn report(rows: &[Record], base: &str) -> String {
     let mut text = String::new();
-    let all = distinct(rows, |row| &row.target);
+    let all = distinct(rows, |row| &*row.target);
     let mut groups = vec![all.clone()];
     if all.len() > 1 {
         groups.extend(all.iter().map(|target| vec![*target]));
@@ -154,7 +154,7 @@ pub(super) fn report(rows: &[Record], base: &str) -> String {
              |---|---|---|---|---|---|---|---|---|---|\n",
         );
         let of: Vec<&Record> = rows.iter().filter(|r| targets.contains(&&*r.target)).collect();
-        for name in distinct(rows, |row| &row.name) {
+        for name in distinct(rows, |row| &*row.name) {
             line(&mut text, &of, name, base);
         }
     }
@@ -181,7 +181,7 @@ pub(super) const USUAL_BASES: [&str; 2] = ["cgal-lt", "meshlab"];
 
 /// The tool that the others are ratios to.
 pub(super) fn usual_base(rows: &[Record]) -> Option<&str> {
-    let names = distinct(rows, |row| &row.name);
+    let names = distinct(rows, |row| &*row.name);
     let preferred = USUAL_BASES.into_iter().find(|name| names.contains(name));
     preferred.or_else(|| names.first().copied())
 }
@@ -215,11 +215,13 @@ fn told(x: f64, digits: usize) -> String {
 }
 
 /// The values of a field, in the order in which they come.
-fn distinct(rows: &[Record], field: impl Fn(&Record) -> &String) -> Vec<&str> {
-    let mut found: Vec<&str> = Vec::new();
-    for row in rows {
-        let value = field(row);
-        if !found.contains(&value.as_str()) {
+pub(super) fn distinct<'r, T: PartialEq>(
+    rows: &'r [Record],
+    field: impl Fn(&'r Record) -> T,
+) -> Vec<T> {
+    let mut found = Vec::new();
+    for value in rows.iter().map(field) {
+        if !found.contains(&value) {
             found.push(value);
         }
     }
