@@ -4,7 +4,7 @@
 //! moves the vertices around the largest distances to lower them: a fit in which the farthest pairs have the largest
 //! weights. Then each round finds the vertices of the original that are farthest from the mesh, inserts vertices there,
 //! and collapses the cheapest edges elsewhere until the number of faces is as before. Vertices of the mesh that are far
-//! from the original are moved back to it. The result of a round is kept if the largest distance has fallen and the
+//! from the original are moved back to it, and if the middle of an edge is farthest, the edge is split there. The result of a round is kept if the largest distance has fallen and the
 //! root mean square is not much larger than at the start.
 
 mod distance_update;
@@ -172,7 +172,8 @@ pub(crate) fn reduce_max_error_observed(
         let mut found = options.forbid_intersections.then(|| NewIntersections::new(&next));
         let mut placed =
             max_error.bring_back(&mut next, original, (constraints, &mut found), bar, returning);
-        placed.extend(max_error.put_vertices(&mut next, constraints, &mut found, bar, count));
+        let with = (&*constraints, &mut found);
+        placed.extend(max_error.put_vertices(&mut next, original, with, bar, count));
         let places: Vec<_> = placed.iter().map(|&v| (v, next.position(v))).collect();
         let mut better = None;
         if places != in_vain {
