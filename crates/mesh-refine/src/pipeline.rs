@@ -12,6 +12,7 @@ use crate::fit::constraints::FitConstraints;
 use crate::fit::spread::area;
 use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
+use crate::mean_distance::mean_distance;
 use crate::observer::Observer;
 use crate::texture_folds::{Texture, TextureCheck, fit_unfolded};
 use crate::unfold::{UnfoldOptions, UnfoldReport, unfold};
@@ -90,6 +91,10 @@ pub struct Steps {
     pub max_error: Option<MaxErrorOptions>,
     /// How to turn back faces that are turned over; `None` to leave them.
     pub unfold: Option<UnfoldOptions>,
+    /// Whether each stage is measured, and undone if the mean distance in both directions has risen; the reduction of
+    /// the largest errors, if it has risen by more than its [`MaxErrorOptions::max_rise`]. On large meshes this takes
+    /// time, and chance hardly matters there.
+    pub undo: bool,
 }
 
 /// The refinement of levels of a mesh.
@@ -145,7 +150,9 @@ impl<'a> Pipeline<'a> {
         let unchanged = constraints.clone();
         let texture = self.texture.as_ref().map(|texture| texture.check(&vertex_map));
         let mut done = Refined::untouched(mesh, FitConstraints::default());
+        let mut mean = self.measured(&done.mesh)?;
         if let Some(options) = &self.steps.fit {
+            let before = mean.is_some().then(|| done.mesh.clone());
             done.fit = Some(match &texture {
                 Some(check) => {
                     let mesh = &mut done.mesh;
@@ -155,6 +162,11 @@ impl<'a> Pipeline<'a> {
                     fit_observed(&mut done.mesh, self.original, &constraints, options, observer)?
                 }
             });
+            let after = self.measured(&done.mesh)?;
+            match before {
+                Some(before) if after > mean => (done.mesh, done.fit) = (before, None),
+                _ => mean = after,
+            }
         }
         if let Some(options) = &self.steps.anneal
             && options.has_work(&done.mesh, self.original)
@@ -163,27 +175,31 @@ impl<'a> Pipeline<'a> {
             let mut next = done.mesh.clone();
             let report =
                 anneal_observed(&mut next, self.original, &mut constraints, options, observer)?;
-            if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
-                done.anneal = Some(report);
+            let after = self.measured(&next)?;
+            if after <= mean && done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                (done.anneal, mean) = (Some(report), after);
             } else {
-                constraints.clone_from(&unchanged);
+                constraints = unchanged;
             }
         }
         if let Some(options) = &self.steps.max_error
             && !observer.is_stopped()
         {
             let original = self.original;
-            if texture.is_some() {
-                let mut next = done.mesh.clone();
+            if texture.is_some() || mean.is_some() {
+                let (mut next, mut following) = (done.mesh.clone(), constraints.clone());
                 let report = reduce_max_error_observed(
                     &mut next,
                     original,
-                    &mut constraints,
+                    &mut following,
                     options,
                     observer,
                 )?;
-                if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
-                    done.max_error = Some(report);
+                let most = mean.map(|mean| options.max_rise * mean);
+                if self.measured(&next)? <= most
+                    && done.take_unfolded(next, &report.vertex_map, texture.as_ref())
+                {
+                    (done.max_error, constraints) = (Some(report), following);
                 }
             } else {
                 // No earlier mesh needs to be kept.
@@ -199,6 +215,11 @@ impl<'a> Pipeline<'a> {
             done.unfold = Some(self.unfold(&mut done, options, texture.as_ref()));
         }
         Ok((done, vertex_map))
+    }
+
+    /// The mean distance of a mesh from the original, if stages are undone that raise it.
+    fn measured(&self, mesh: &TriMesh) -> Result<Option<f64>, RefineError> {
+        self.steps.undo.then(|| mean_distance(self.original, mesh)).transpose()
     }
 
     /// Turns back the faces that are turned over, unless more faces are folded in the texture then.

@@ -277,6 +277,7 @@ impl RefineOptions {
                 ..reduce
             }),
             unfold: Some(UnfoldOptions { forbid_intersections: protect.forbid_intersections }),
+            undo: false,
         }
     }
 }
