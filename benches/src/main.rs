@@ -10,6 +10,7 @@ mod giant;
 mod instructions;
 mod peers;
 mod process;
+mod preset_study;
 mod tolerance_study;
 
 use std::process::ExitCode;
@@ -53,6 +54,12 @@ enum Measurement {
     ///     cargo run -p benches -- peers --from benches/recorded/peers.jsonl --html peers.html
     #[command(verbatim_doc_comment)]
     Peers(peers::Peers),
+    /// Compare the mean error of each preset with that of the next cheaper one
+    ///
+    ///     cargo run --release -p benches -- preset-study --models meshes
+    ///     cargo run --release -p benches -- preset-study --parts 40 --seed 7
+    #[command(verbatim_doc_comment)]
+    PresetStudy(preset_study::PresetStudy),
     /// Fetch the meshes of the benchmark from their public repositories, and check them
     ///
     ///     cargo run -p benches -- fetch --to meshes
@@ -82,6 +89,7 @@ fn main() -> ExitCode {
         Measurement::ToleranceStudy(options) => tolerance_study::run(&options),
         Measurement::CurvatureStudy(options) => curvature_study::run(&options),
         Measurement::Peers(options) => peers::run(&options),
+        Measurement::PresetStudy(options) => preset_study::run(&options),
         Measurement::Fetch(options) => fetch::run(&options),
         Measurement::PeerJob(options) => peers::run_job(&options),
         Measurement::Giant(options) => giant::run(&options),

@@ -91,7 +91,7 @@ pub(crate) struct Peers {
 const PAGES: [&str; 2] = ["docs/results/peers.md", "README.md"];
 
 /// Scans, heads, animals and mechanical parts; closed, with a boundary and in many pieces.
-const MESHES: [&str; 10] = [
+pub(crate) const MESHES: [&str; 10] = [
     "igea.ply",
     "rocker-arm.obj",
     "fandisk.obj",
