@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod cheaper;
 mod collapse;
 mod dispatch;
 mod error;

@@ -12,15 +12,17 @@ use mesh_collapse::{
 };
 use mesh_refine::{
     AnnealReport, CollapseBack, Curve, FitConstraints, FitReport, MaxErrorReport, Observer,
-    Pipeline, Refined, Steps, Texture, UnfoldReport,
+    Pipeline, Refined, Steps, Texture, UnfoldReport, mean_distance,
 };
 
+use crate::cheaper::{cheaper, undoes_stages};
 use crate::collapse::collapse_to_level;
 use crate::dispatch::collapse_with;
 use crate::error::SimplifyError;
 use crate::memory::check_memory;
 use crate::options::{Metric, Options, PlacementRule};
 use crate::plan::Plan;
+use crate::preset::Preset;
 use crate::shortfall::Shortfall;
 use crate::tolerance::level_search::LevelSearch;
 use crate::tolerance::measure::{AchievedError, Measuring};
@@ -52,13 +54,17 @@ pub struct Simplified {
     /// Largest distance of a boundary vertex of the input from the boundary of the result; `None` when one of them has
     /// no boundary.
     pub boundary_shift: Option<f64>,
+    /// The cheaper preset whose result is this one, because it was closer to the input; `None` if it was made by the
+    /// options as they are. See [`Preset`].
+    pub preset_kept: Option<Preset>,
     /// Report of the fit; `None` when it was not asked for, or undone because it did not lower the error.
     pub fit: Option<FitReport>,
     /// Report of the annealing; `None` when it was not asked for, had nothing to do (see
-    /// [`AnnealOptions::has_work`](crate::AnnealOptions::has_work)), or was undone because it folded the texture.
+    /// [`AnnealOptions::has_work`](crate::AnnealOptions::has_work)), or was undone because it did not lower the error or
+    /// folded the texture.
     pub anneal: Option<AnnealReport>,
     /// Report of the reduction of the largest errors; `None` when it was not asked for, or undone because it folded the
-    /// texture.
+    /// texture or raised the mean too much.
     pub max_error: Option<MaxErrorReport>,
     /// Faces that chains of steps of refinement turned over against the input, before and after they were turned back;
     /// `None` without refinement.
@@ -110,13 +116,50 @@ pub fn simplify_observed(
             cure: "call simplify_with, or name a metric and a placement",
         });
     }
-    let Some(scale) = UnitScale::of(mesh)? else { return of_ordinary_size(mesh, options, observe) };
-    let found = of_ordinary_size(&scale.mesh(mesh)?, &options.scaled(scale), observe)?;
+    let Some(scale) = UnitScale::of(mesh)? else { return closest(mesh, options, observe) };
+    let found = closest(&scale.mesh(mesh)?, &options.scaled(scale), observe)?;
     Ok(found.restored(scale, options))
 }
 
-/// [`simplify_observed`] of a mesh whose products of lengths neither overflow nor vanish.
-fn of_ordinary_size(
+/// The factor of a mean beside that of a cheaper preset from which the result of the cheaper one is kept. Below it, lower
+/// largest errors count more.
+const MORE: f64 = 1.01;
+
+/// Simplifies a mesh by the options, and also by those of the cheaper presets where that takes little time. The result
+/// of a cheaper one stays if its mean distance is smaller by more than a percent. After a stop by the observer it is that
+/// of the options themselves.
+fn closest(
+    mesh: &TriMesh,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    let faces = mesh.topology().face_count();
+    let mut found = of_one_plan(mesh, options, observe)?;
+    let Some((preset, options)) = cheaper(options, faces) else { return Ok(found) };
+    let has_faces = |result: &Simplified| result.mesh.topology().face_count() > 0;
+    if found.stop == StopReason::Cancelled || found.collapses == 0 || !has_faces(&found) {
+        return Ok(found);
+    }
+    let mut other = closest(mesh, &options, observe)?;
+    if other.stop == StopReason::Cancelled {
+        found.stop = StopReason::Cancelled;
+        return Ok(found);
+    }
+    let most = found.mesh.topology().face_count().max(options.target.face_target(faces));
+    if has_faces(&other) && other.mesh.topology().face_count() <= most {
+        let original = Surface::new(mesh)?;
+        let [own, others] =
+            [mean_distance(&original, &found.mesh)?, mean_distance(&original, &other.mesh)?];
+        if own > MORE * others {
+            other.preset_kept = other.preset_kept.or(Some(preset));
+            return Ok(other);
+        }
+    }
+    Ok(found)
+}
+
+/// Simplifies a mesh whose products of lengths neither overflow nor vanish, by one set of options.
+fn of_one_plan(
     mesh: &TriMesh,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
@@ -229,6 +272,7 @@ impl AfterCollapses<'_> {
             fit: refined.fit,
             anneal: refined.anneal,
             max_error: refined.max_error,
+            preset_kept: None,
             unfold: refined.unfold,
         })
     }
@@ -314,7 +358,9 @@ impl AfterCollapses<'_> {
 
     /// The stages of the refinement; at least the wanted faces are left, or one fewer.
     fn steps(&self) -> Steps {
-        self.options.refine.steps(&self.options.protect, self.face_target().saturating_sub(1))
+        let steps =
+            self.options.refine.steps(&self.options.protect, self.face_target().saturating_sub(1));
+        Steps { undo: undoes_stages(self.options, self.mesh.topology().face_count()), ..steps }
     }
 
     /// The texture that must not fold over, if there is one that counts.

@@ -9,7 +9,7 @@ use mesh_view::Page;
 use mesh_work::{Attributes, Largest, Loaded, Sized, file_size, largest_within};
 use out_of_core::ResultMesh;
 use serde::Serialize;
-use simplify::{FitReport, Simplified, UnfoldReport, simplify_observed};
+use simplify::{FitReport, Preset, Simplified, UnfoldReport, simplify_observed};
 
 use crate::batch::Job;
 use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
@@ -70,6 +70,9 @@ struct Results {
     error: Option<Achieved>,
     #[serde(skip_serializing_if = "Option::is_none")]
     boundary_shift: Option<f64>,
+    /// The cheaper preset whose result was closer; absent if none was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    preset_kept: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<Fit>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -206,6 +209,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
         collapses: None,
         rejected: None,
         boundary_shift: None,
+        preset_kept: None,
         fit: None,
         turned_over: None,
     };
@@ -343,6 +347,7 @@ impl Results {
             rejected: Some(rejected(&result.rejections)),
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,
+            preset_kept: result.preset_kept.map(Preset::name),
             fit: result.fit.as_ref().map(Fit::from),
             turned_over: result.unfold.map(TurnedOver::from),
             charts: None,
@@ -371,6 +376,9 @@ fn summary_of(report: &Report<Results>) -> String {
             text += &format!("\n  largest distance met between samples: {lower:.6e}");
         }
         None => {}
+    }
+    if let Some(preset) = found.preset_kept {
+        text += &format!("\n  kept: the result of {preset}, which is closer to the original");
     }
     if let Some(shift) = found.boundary_shift {
         text += &format!("\n  boundary vertices are up to {shift:.6e} from the new boundary");
