@@ -39,7 +39,7 @@ pub(crate) struct SaveOptions {
     pub(crate) stl_colors: StlColorsName,
     /// Compress the data of a glTF or GLB file
     ///
-    /// All values stay the same. Programs that read the file must know the extension EXT_meshopt_compression.
+    /// All values stay the same. Programs that read the file must know the extension `EXT_meshopt_compression`.
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     pub(crate) compress: CompressName,
 }

@@ -1,6 +1,6 @@
 //! Views whose bytes are compressed (`EXT_meshopt_compression`, `KHR_meshopt_compression`).
 
-use super::accessor::{Document, at, item, part};
+use super::parts::{Bytes, at, item, part};
 use super::schema::{Compressed, CompressionFilter, CompressionMode, Root, View};
 use crate::error::ReadErrorKind;
 use crate::input::Input;
@@ -8,9 +8,13 @@ use crate::meshopt::filters::Filter;
 use crate::meshopt::{Mode, decode};
 
 /// Records the memory of the views that must be decompressed, before any of them is.
-pub(crate) fn spend(document: &Document, input: &mut Input<'_>) -> Result<(), ReadErrorKind> {
-    for (index, view) in document.root.buffer_views.iter().enumerate() {
-        let buffer = document.buffers.get(view.buffer as usize);
+pub(crate) fn spend(
+    root: &Root,
+    buffers: &[Bytes],
+    input: &mut Input<'_>,
+) -> Result<(), ReadErrorKind> {
+    for (index, view) in root.buffer_views.iter().enumerate() {
+        let buffer = buffers.get(view.buffer as usize);
         if view.extensions.compressed().is_some() && buffer.is_none_or(|b| b.get().is_empty()) {
             input.spend(view.byte_length, || at(&format!("bufferViews[{index}]")))?;
         }
@@ -38,7 +42,7 @@ pub(super) fn fallbacks(root: &Root) -> Vec<bool> {
 
 /// The bytes of a view, decompressed once.
 pub(super) fn decompress<'d>(
-    document: &'d Document,
+    buffers: &'d [Bytes],
     index: u32,
     view: &View,
     compressed: &'d Compressed,
@@ -70,7 +74,7 @@ pub(super) fn decompress<'d>(
         let found = format!("{count} compressed values of {stride} bytes");
         return Err(ReadErrorKind::malformed(place(), expected, found));
     }
-    let buffer = item(&document.buffers, compressed.buffer, "buffers", &path)?.get();
+    let buffer = item(buffers, compressed.buffer, "buffers", &path)?.get();
     let bytes = part(buffer, compressed.byte_offset, compressed.byte_length, place)?;
     // The product of both is in range, so both are, unless one is zero.
     let (count, stride) = (count as usize, stride as usize);

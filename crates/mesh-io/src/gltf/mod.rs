@@ -14,6 +14,7 @@ mod from_document;
 mod level;
 mod lost;
 pub(crate) mod material;
+pub(crate) mod parts;
 pub(crate) mod plan;
 pub(crate) mod read;
 pub(crate) mod scene;

@@ -55,7 +55,7 @@ pub(super) fn read_root(
     check_extensions(&root)?;
     #[cfg_attr(not(feature = "draco"), expect(unused_mut, reason = "only that feature changes it"))]
     let mut document = Document { root, buffers };
-    compressed::spend(&document, input)?;
+    compressed::spend(&document.root, &document.buffers, input)?;
     #[cfg(feature = "draco")]
     super::draco::fill(&mut document, Some(input))?;
     let mut model = Model::default();

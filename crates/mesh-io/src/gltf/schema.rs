@@ -3,7 +3,7 @@
 //! Objects are small, because a document may hold one for every three bytes, and unused data is not kept. Indices are
 //! unchecked; the user of an index must check it.
 
-use crate::meshopt::Broken;
+use crate::meshopt::stream::Broken;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::fmt;

@@ -3,7 +3,7 @@
 //! Values are stored in blocks, each byte of a value in a plane of its own. A plane holds the differences from value to
 //! value in groups of 16, and each group has as few bits as it needs.
 
-use super::{Broken, Reader};
+use super::stream::{Broken, Reader};
 
 const HEADER: u8 = 0xa0;
 /// The values of a group.

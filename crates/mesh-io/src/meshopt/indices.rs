@@ -2,7 +2,7 @@
 //!
 //! An index is the difference from one of two earlier indices. The lowest bit says from which one.
 
-use super::{Broken, Reader, unzigzag, write_number, zigzag};
+use super::stream::{Broken, Reader, unzigzag, write_number, zigzag};
 
 const HEADER: u8 = 0xd1;
 /// The zeros at the end.

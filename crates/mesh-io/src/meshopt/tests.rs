@@ -3,7 +3,8 @@
 //! that package makes of it.
 
 use super::filters::Filter;
-use super::{Broken, Mode, decode, encode};
+use super::stream::Broken;
+use super::{Mode, decode, encode};
 use proptest::prelude::*;
 
 struct Golden {

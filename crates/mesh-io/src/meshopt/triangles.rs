@@ -3,7 +3,7 @@
 //! Most triangles share an edge with one of the last 15 edges, and take one byte. New vertices are mostly numbered in
 //! the order in which triangles need them.
 
-use super::{Broken, Reader, unzigzag, write_number, zigzag};
+use super::stream::{Broken, Reader, unzigzag, write_number, zigzag};
 
 const HEADER: u8 = 0xe1;
 /// The bytes of the table at the end.

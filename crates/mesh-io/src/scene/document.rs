@@ -134,7 +134,7 @@ impl Scene {
             expect(unused_mut, reason = "only that feature changes it")
         )]
         let mut document = Document { root, buffers };
-        compressed::spend(&document, &mut input)?;
+        compressed::spend(&document.root, &document.buffers, &mut input)?;
         #[cfg(feature = "draco")]
         crate::gltf::draco::fill(&mut document, Some(&mut input))?;
         check::check(&document, &input)?;
