@@ -395,7 +395,6 @@ pub(crate) struct PrimitiveExtensions {
 /// The compressed form of a primitive.
 #[derive(Deserialize, Default)]
 #[serde(rename_all = "camelCase", default)]
-#[cfg_attr(not(feature = "draco"), expect(dead_code, reason = "only that feature reads it"))]
 pub(crate) struct Draco {
     pub buffer_view: u32,
     /// The numbers of the attributes in the compressed data.
