@@ -67,6 +67,13 @@ pub(crate) fn class(sha256: &str) -> Result<Option<String>, Failure> {
     Ok(meshes.into_iter().find(|mesh| mesh.sha256 == sha256).map(|mesh| mesh.class))
 }
 
+/// Whether the list has a file of this name.
+#[cfg(test)]
+pub(crate) fn has(name: &str) -> Result<bool, Failure> {
+    let List { mesh: meshes } = toml::from_str(LIST).map_err(Failure::numbers)?;
+    Ok(meshes.iter().any(|mesh| mesh.name == name))
+}
+
 /// Fetches what is not there yet, and says what could not be had.
 pub(crate) fn run(options: &Fetch) -> Result<(), Failure> {
     let text = match &options.list {

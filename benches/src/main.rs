@@ -8,6 +8,7 @@ mod curvature_study;
 mod fetch;
 mod giant;
 mod instructions;
+mod job_set;
 mod peers;
 mod process;
 mod preset_study;
@@ -49,6 +50,7 @@ enum Measurement {
     /// Measure our presets beside other programs: time, error, memory
     ///
     ///     cargo run --release -p benches --features meshopt -- peers --models meshes
+    ///     cargo run --release -p benches -- peers --models meshes --jobs short
     ///     cargo run --release -p benches -- peers --models meshes --max-errors 0.2
     ///     cargo run -p benches -- peers --from benches/recorded/peers.jsonl
     ///     cargo run -p benches -- peers --from benches/recorded/peers.jsonl --html peers.html

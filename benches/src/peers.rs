@@ -29,6 +29,7 @@ use mesh_core::BoundingBox;
 use mesh_metric::Surface;
 use sha2::{Digest, Sha256};
 
+use crate::job_set::JobSet;
 use environment::Environment;
 use errors::Meter;
 use job::{Cost, Done, Job, Stop, Target};
@@ -40,21 +41,24 @@ use validity::Judge;
 use xtask_common::{Failure, progress_bar};
 
 /// What to compare, and how.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Peers {
     /// The folder with the meshes
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS", required_unless_present = "from")]
     models: Option<PathBuf>,
-    /// Which meshes, by file name; ten of different kinds by default
-    #[arg(long, value_name = "FILE", value_delimiter = ',', default_values_t = MESHES.map(str::to_owned))]
+    /// A set of benches/jobs.toml: short, usual, full or errors. The options below replace parts of it
+    #[arg(long, value_name = "SET", default_value = "usual")]
+    jobs: String,
+    /// Which meshes, by file name
+    #[arg(long, value_name = "FILE", value_delimiter = ',')]
     meshes: Vec<String>,
     /// How many faces are left, as shares of the input
-    #[arg(long, value_name = "SHARE", value_delimiter = ',', default_value = "0.3,0.1,0.02")]
+    #[arg(long, value_name = "SHARE", value_delimiter = ',')]
     ratios: Vec<f64>,
     /// Instead of face counts, largest errors in percent of the diagonal of the bounding box
     #[arg(long, value_name = "PERCENT", value_delimiter = ',', conflicts_with = "ratios")]
     max_errors: Vec<f64>,
-    /// Which tools; all that are there by default, without extreme and the papers' presets
+    /// Which tools
     #[arg(long, value_name = "TOOL", value_delimiter = ',')]
     tools: Vec<String>,
     /// Another program of ours, an earlier one perhaps, to run the presets too, as NAME=PROGRAM
@@ -64,8 +68,8 @@ pub(crate) struct Peers {
     #[arg(long, value_name = "N", default_value_t = 1)]
     threads: usize,
     /// Runs whose least time counts; fewer where one takes long
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    repeats: usize,
+    #[arg(long, value_name = "N")]
+    repeats: Option<usize>,
     /// The tool that the others are ratios to: the first that is there of cgal-lt and meshlab
     #[arg(long, value_name = "TOOL")]
     base: Option<String>,
@@ -88,21 +92,7 @@ pub(crate) struct Peers {
 }
 
 /// The pages that have tables of a record between marker comments.
-const PAGES: [&str; 2] = ["docs/results/peers.md", "README.md"];
-
-/// Scans, heads, animals and mechanical parts; closed, with a boundary and in many pieces.
-pub(crate) const MESHES: [&str; 10] = [
-    "igea.ply",
-    "rocker-arm.obj",
-    "fandisk.obj",
-    "horse.ply",
-    "bunny10k_textured.obj",
-    "max-planck_10k.obj",
-    "elephant_40k.off",
-    "screwdriver_be.ply",
-    "casting.off",
-    "mountain.obj",
-];
+const PAGES: [&str; 3] = ["docs/results/peers.md", "README.md", "COMPARE.md"];
 
 /// Runs every tool on every mesh, and prints the tables; or makes them from a record.
 pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
@@ -113,6 +103,8 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
             None => write_pages(&rows, &options.pages),
         };
     }
+    let (options, repeats) = completed(options)?;
+    let options = &options;
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let out = std::path::absolute(&options.out).map_err(Failure::writing(&options.out))?;
     let targets = targets(options);
@@ -151,7 +143,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                     tool: tool.clone(),
                     target: target.of(&raw),
                     threads: options.threads,
-                    repeats: options.repeats,
+                    repeats,
                     input: input.clone(),
                     output: out.join("output.raw"),
                 };
@@ -173,7 +165,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                         Stop::Error(_) => None,
                     },
                     threads: options.threads,
-                    repeats: options.repeats,
+                    repeats,
                     seed: errors::SEED,
                     machine: machine.clone(),
                     load,
@@ -242,14 +234,26 @@ fn targets(options: &Peers) -> Vec<Target> {
     }
 }
 
-/// The requested tools, or all default tools.
+/// The options with what the set of jobs says where they say nothing, and the number of repeats.
+fn completed(options: &Peers) -> Result<(Peers, usize), Failure> {
+    let JobSet { meshes, ratios, max_errors, tools, repeats } = JobSet::of_name(&options.jobs)?;
+    let mut options = options.clone();
+    if options.meshes.is_empty() {
+        options.meshes = meshes;
+    }
+    if options.ratios.is_empty() && options.max_errors.is_empty() {
+        (options.ratios, options.max_errors) = (ratios, max_errors);
+    }
+    if options.tools.is_empty() {
+        options.tools = tools;
+    }
+    let repeats = options.repeats.unwrap_or(repeats);
+    Ok((options, repeats))
+}
+
+/// The requested tools.
 fn wanted(options: &Peers) -> Result<Vec<Tool>, Failure> {
     let known = Tool::all();
-    if options.tools.is_empty() {
-        let bounds_errors = !options.max_errors.is_empty();
-        let takes_part = |tool: &Tool| tool.is_usual() && tool.can_do(bounds_errors);
-        return Ok(known.into_iter().filter(takes_part).collect());
-    }
     let parse = |name: &String| {
         known.iter().find(|tool| tool.to_string() == *name).cloned().ok_or_else(|| {
             let names: Vec<String> = known.iter().map(ToString::to_string).collect();
@@ -257,6 +261,12 @@ fn wanted(options: &Peers) -> Result<Vec<Tool>, Failure> {
         })
     };
     options.tools.iter().map(parse).collect()
+}
+
+/// Whether a tool has this name, and can stop at a largest error, or else at a number of faces.
+#[cfg(test)]
+pub(crate) fn is_tool(name: &str, bounds_errors: bool) -> bool {
+    Tool::all().iter().any(|tool| tool.to_string() == name && tool.can_do(bounds_errors))
 }
 
 /// The available tools that can do the job; prints why the others are left out.

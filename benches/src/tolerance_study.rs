@@ -12,24 +12,24 @@ use mesh_core::{Repair, TriMesh, build};
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::{ErrorCheck, Options, Preset, simplify};
 
+use crate::job_set::JobSet;
 use xtask_common::{Failure, Numbers, progress_bar};
 
 /// What to simplify, and how.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ToleranceStudy {
     /// The folder with the meshes
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
     models: PathBuf,
-    /// Which meshes, by file name; ten of different kinds by default
-    #[arg(long, value_name = "FILE", value_delimiter = ',', default_values_t = MESHES.map(str::to_owned))]
+    /// Which meshes, by file name; those of the jobs `tolerance` of benches/jobs.toml by default
+    #[arg(long, value_name = "FILE", value_delimiter = ',')]
     meshes: Vec<String>,
-    /// The largest errors, in percent of the diagonal of the bounding box
-    #[arg(long, value_name = "PERCENT", value_delimiter = ',', default_value = "0.05,0.2,1")]
+    /// The largest errors, in percent of the diagonal of the bounding box; by default those of the jobs
+    #[arg(long, value_name = "PERCENT", value_delimiter = ',')]
     tolerances: Vec<f64>,
-    /// Which presets; extreme, paper-l1 and paper-l2 take much longer
+    /// Which presets, by default those of the jobs; extreme, paper-l1 and paper-l2 take much longer
     #[arg(
         long, value_name = "PRESET", value_delimiter = ',',
-        default_value = "fast,default,quality,thin-features",
         value_parser = |s: &str| s.parse::<Preset>(),
     )]
     presets: Vec<Preset>,
@@ -38,21 +38,6 @@ pub(crate) struct ToleranceStudy {
     #[arg(long, value_name = "DIR", default_value = "target/tolerance-study")]
     out: PathBuf,
 }
-
-/// A scan with a boundary and a closed one, two animals, a head, an armoured figure, three
-/// mechanical parts, and terrain.
-const MESHES: [&str; 10] = [
-    "bunny10k_textured.obj",
-    "screwdriver_be.ply",
-    "elephant_40k.off",
-    "cow.obj",
-    "max-planck_10k.obj",
-    "homer.obj",
-    "fandisk.obj",
-    "rocker-arm.obj",
-    "casting.off",
-    "mountain.obj",
-];
 
 const HEADER: [&str; 8] =
     ["mesh", "faces", "percent", "preset", "squeezed", "faces_left", "upper_per_limit", "seconds"];
@@ -71,6 +56,23 @@ impl std::fmt::Display for Way {
 }
 
 impl ToleranceStudy {
+    /// The options with what the jobs say where they say nothing.
+    fn completed(&self) -> Result<Self, Failure> {
+        let JobSet { meshes, max_errors, tools, .. } = JobSet::of_name("tolerance")?;
+        let mut options = self.clone();
+        if options.meshes.is_empty() {
+            options.meshes = meshes;
+        }
+        if options.tolerances.is_empty() {
+            options.tolerances = max_errors;
+        }
+        if options.presets.is_empty() {
+            let presets = tools.iter().map(|name| name.parse::<Preset>());
+            options.presets = presets.collect::<Result<_, _>>().map_err(Failure::numbers)?;
+        }
+        Ok(options)
+    }
+
     fn ways(&self) -> Vec<Way> {
         let plain = Way { preset: Preset::Fast, is_squeezed: false };
         let all = self.presets.iter().map(|&preset| Way::usual(preset));
@@ -101,6 +103,7 @@ struct Row {
 
 /// Runs the rows that are missing in the file of numbers, and prints the table.
 pub(crate) fn run(options: &ToleranceStudy) -> Result<(), Failure> {
+    let options = &options.completed()?;
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let path = options.out.join("tolerance-study.csv");
     let (mut numbers, mut rows) = Numbers::open(path, &HEADER, Row::parse)?;

@@ -118,16 +118,6 @@ impl Tool {
         }
     }
 
-    /// Whether it is included by default.
-    pub(super) fn is_usual(&self) -> bool {
-        match self {
-            Self::Ours(preset) | Self::OursProved(preset) => {
-                *preset != Preset::Extreme && !preset.name().starts_with("paper")
-            }
-            _ => true,
-        }
-    }
-
     /// Whether it can stop at a largest error, or else at a number of faces.
     pub(super) fn can_do(&self, bounds_errors: bool) -> bool {
         match self {
