@@ -1,8 +1,6 @@
 //! Tests of the command line.
 #![allow(clippy::unwrap_used)]
 
-mod page_in_browser;
-
 use std::process::Command;
 
 use mesh_core::{Repair, build};
@@ -24,19 +22,75 @@ fn a_giant_is_a_closed_mesh_with_about_the_faces_asked_for() {
 fn the_pages_agree_with_the_record() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let folder = tempfile::tempdir().unwrap();
-    let mut blocks = 0;
-    for (name, page) in [("peers.md", "docs/results/peers.md"), ("README.md", "README.md")] {
-        let (old, copy) = (root.join(page), folder.path().join(name));
+    for page in ["docs/results/peers.md", "README.md", "COMPARE.md"] {
+        let (old, copy) = (root.join(page), folder.path().join("page.md"));
         std::fs::copy(&old, &copy).unwrap();
         let mut peers = Command::new(env!("CARGO_BIN_EXE_benches"));
         peers.args(["peers", "--from"]).arg(root.join("benches/recorded/peers.jsonl"));
         let output = peers.arg("--pages").arg(&copy).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let [old, new] = [old, copy].map(|path| std::fs::read_to_string(path).unwrap());
-        blocks += new.matches("<!-- peers: end -->").count();
+        let count = new.matches("<!-- peers: end -->").count();
+        assert!(count > 0, "{page} has no table of the record");
         let cure =
             "cargo run -p benches -- peers --from benches/recorded/peers.jsonl writes it anew";
         assert!(old == new, "{page} does not agree with the record; {cure}");
     }
-    assert!(blocks > 0, "no page has a table of the record");
+}
+
+/// Whether a line of COMPARE.md is in a table that is made from the record, and the lines.
+fn comparison() -> Vec<(bool, String)> {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let text = std::fs::read_to_string(root.join("COMPARE.md")).unwrap();
+    let mut is_generated = false;
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        is_generated = match line {
+            "<!-- peers: end -->" => false,
+            line => is_generated || line.starts_with("<!-- peers: "),
+        };
+        lines.push((is_generated, line.to_owned()));
+    }
+    lines
+}
+
+/// Figures of measurements stand in tables of the record only. Other figures are in names, links and commands.
+#[test]
+fn the_comparison_has_no_figure_without_a_record() {
+    let mut is_code = false;
+    for (_, line) in comparison().into_iter().filter(|(is_generated, _)| !is_generated) {
+        is_code ^= line.starts_with("```");
+        let texts = line.split("](").enumerate();
+        let texts = texts.map(|(i, part)| match part.split_once(')') {
+            Some((_, rest)) if i > 0 => rest,
+            _ => part,
+        });
+        let text: String = texts.collect::<String>().replace("Open3D", "");
+        assert!(is_code || !text.contains(|c: char| c.is_ascii_digit()), "{line}");
+    }
+}
+
+/// What the words say of time and distance is in the figures.
+#[test]
+fn the_words_of_the_comparison_agree_with_the_record() {
+    let lines = comparison();
+    let rows = lines.iter().filter(|(is_generated, line)| *is_generated && line.starts_with("| "));
+    let mut checked = 0;
+    for (_, row) in rows.skip(1) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let name = cells[1].split([' ', ',']).next().unwrap();
+        if name == "`default`" {
+            continue;
+        }
+        let [time, mean] = [3, 4].map(|i| cells[i].parse::<f64>().unwrap());
+        let heading = format!("[{name}]");
+        let (_, words) = lines.iter().find(|(_, line)| line.contains(&heading)).unwrap();
+        let says = |claim: &str| words.contains(claim);
+        assert!(!says("Slower than `default`") || time > 1.0, "{row}");
+        assert!(!(says("Faster than `default`") || says("The fastest")) || time < 1.0, "{row}");
+        assert!(!says("Far from the input") || mean > 2.5, "{row}");
+        assert!(says("Far from the input") || says("arther from the input") && mean > 1.0, "{row}");
+        checked += 1;
+    }
+    assert!(checked > 5, "{checked}");
 }

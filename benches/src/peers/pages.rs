@@ -1,7 +1,8 @@
 //! Tables in pages, between marker comments, written from a record.
 //!
 //! A block starts with `<!-- peers: KIND -->` or `<!-- peers: KIND, ratios to TOOL -->` and ends with
-//! `<!-- peers: end -->`. The kinds are `full`, `short`, `distances` and `validity`.
+//! `<!-- peers: end -->`. The kinds are `full`, `short`, `distances`, `validity`, `compare` and `worst`.
+//! For `worst` the tool is the one whose worst cells are listed.
 
 use super::record::Record;
 use super::table;
@@ -43,8 +44,10 @@ fn block(marker: &str, rows: &[Record]) -> Result<String, Failure> {
         "short" => Ok(table::short(rows, base)),
         "distances" => Ok(table::distances(rows, base)),
         "validity" => Ok(table::validity(rows)),
+        "compare" => Ok(table::compare(rows, base)),
+        "worst" => Ok(table::worst(rows, base)),
         _ => Err(Failure::Usage(format!(
-            "there is no table `{kind}`; there are full, short, distances and validity"
+            "there is no table `{kind}`; there are full, short, distances, validity, compare and worst"
         ))),
     }
 }

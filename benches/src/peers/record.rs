@@ -116,6 +116,12 @@ impl Record {
         self.outcome.is_some() && !self.is_within(|wanted| (MISSED * wanted).max(2.0))
     }
 
+    /// Whether the result has defects that the input did not have.
+    pub(super) fn has_new_defects(&self) -> bool {
+        let has = |outcome: Outcome| outcome.validity.new_defects().iter().any(|(_, n)| *n > 0);
+        self.outcome.is_some_and(has)
+    }
+
     /// Whether it is a preset of ours.
     pub(super) fn is_ours(&self) -> bool {
         self.tool == "curvmesh"

@@ -98,6 +98,72 @@ fn of_columns(rows: &[Record], base: &str, columns: &[Column]) -> String {
     text
 }
 
+/// The other programs beside one tool: ratios to it, in how many cells it is closer, and what went wrong.
+pub(super) fn compare(rows: &[Record], base: &str) -> String {
+    let all: Vec<&Record> = rows.iter().collect();
+    let base_title = label(rows, base);
+    let mut text = format!(
+        "| | version | time | mean distance | largest distance | {base_title} has the lower mean | the lower largest | \
+         failed | other number of faces | runs with new defects |\n|---|{}\n",
+        "---|".repeat(9)
+    );
+    for name in distinct(rows, |row| &*row.name) {
+        let own = || rows.iter().filter(|row| row.name == name);
+        if name != base && own().any(Record::is_ours) {
+            continue;
+        }
+        let ratios = ratios(&all, name, base);
+        let closer = |index: usize| {
+            let count = ratios.iter().filter(|ratio| ratio[index] > 1.0).count();
+            if name == base { String::new() } else { format!("{count} of {}", ratios.len()) }
+        };
+        let cell = |column: Column| column.cell(&all, name, base);
+        let defective = own().filter(|row| row.has_new_defects()).count();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {defective} of {} |",
+            label(rows, name),
+            own().find_map(|row| row.version.as_deref()).unwrap_or("–"),
+            cell(Column::Time),
+            cell(Column::Mean),
+            cell(Column::Max),
+            closer(1),
+            closer(3),
+            own().filter(|row| row.outcome.is_none()).count(),
+            own().filter(|row| row.has_missed()).count(),
+            own().count(),
+        );
+    }
+    text
+}
+
+/// The cells in which a tool of ours is worst: its mean distance and its largest one over the lowest of the other
+/// programs. The larger of the two ratios counts.
+pub(super) fn worst(rows: &[Record], name: &str) -> String {
+    const CELLS: usize = 10;
+    let best = |own: &Record, index: usize| {
+        let others = rows.iter().filter(|row| !row.is_ours() && row.is_comparable());
+        let others = others.filter(|row| (&row.mesh, &row.target) == (&own.mesh, &own.target));
+        let values = others.filter_map(|row| Some((row.values()?[index], label(rows, &row.name))));
+        let (value, by) = values.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((own.values()?[index].max(1e-12) / value.max(1e-12), by))
+    };
+    let own = rows.iter().filter(|row| row.name == name && row.is_comparable());
+    let cells = own.filter_map(|row| Some((row, best(row, 1)?, best(row, 3)?)));
+    let mut cells: Vec<_> = cells.collect();
+    cells.sort_by(|(_, a, b), (_, c, d)| c.0.max(d.0).total_cmp(&a.0.max(b.0)));
+    let mut text = String::from(
+        "| mesh | faces | mean distance / lowest of the others | by | largest distance / lowest of the others | by |\n\
+         |---|---|---|---|---|---|\n",
+    );
+    for (row, (mean, mean_by), (max, max_by)) in cells.into_iter().take(CELLS) {
+        let Record { mesh, target, .. } = row;
+        let _ =
+            writeln!(text, "| `{mesh}` | {target} | {mean:.2} | {mean_by} | {max:.2} | {max_by} |");
+    }
+    text
+}
+
 /// The defects that the inputs did not have, summed over all jobs, and what else tells whether a result is sound.
 pub(super) fn validity(rows: &[Record]) -> String {
     let mut text = String::new();
@@ -278,6 +344,55 @@ mod tests {
         assert!(text.starts_with("| | time | to 10 % | to 2 % | mean distance |"), "{text}");
         assert!(text.contains("| `fast` | 0.16 | 0.050 | 0.50 | 0.866 |"), "{text}");
         assert!(text.contains("| 1.00 | 5 |\n"), "{text}");
+    }
+
+    #[test]
+    fn the_worst_cells_come_first() {
+        let cell = |mesh: &str, name: &str, mean: f64| Record {
+            mesh: mesh.into(),
+            ..record(name, 100, 1.0, mean)
+        };
+        let rows = [
+            cell("a", "default", 2.0),
+            cell("a", "meshlab", 4.0),
+            cell("a", "open3d", 8.0),
+            cell("b", "default", 3.0),
+            cell("b", "meshlab", 4.0),
+            cell("b", "open3d", 2.0),
+            cell("b", "fast", 1.0),
+        ];
+        let text = worst(&rows, "default");
+        let lines: Vec<&str> = text.lines().skip(2).collect();
+        assert_eq!(
+            lines,
+            [
+                "| `b` | 10 % | 1.50 | Open3D | 1.50 | Open3D |",
+                "| `a` | 10 % | 0.50 | MeshLab | 0.50 | MeshLab |",
+            ]
+        );
+    }
+
+    #[test]
+    fn others_are_compared_with_one_tool() {
+        let mut sound = record("default", 100, 1.0, 3.0);
+        let outcome = sound.outcome.as_mut().unwrap();
+        outcome.validity.output = outcome.validity.input;
+        let rows = [
+            sound,
+            record("fast", 100, 0.5, 4.0),
+            record("meshlab", 100, 2.0, 6.0),
+            Record { outcome: None, ..record("open3d", 100, 2.0, 6.0) },
+        ];
+        let text = compare(&rows, "default");
+        let lines: Vec<&str> = text.lines().skip(2).collect();
+        assert_eq!(
+            lines,
+            [
+                "| `default` | 1.0 | 1 | 1 | 1 |  |  | 0 | 0 | 0 of 1 |",
+                "| MeshLab | 1.0 | 2.00 | 2.00 | 2.00 | 1 of 1 | 1 of 1 | 0 | 0 | 1 of 1 |",
+                "| Open3D | 1.0 | – | – | – | 0 of 0 | 0 of 0 | 1 | 0 | 0 of 1 |",
+            ]
+        );
     }
 
     #[test]
