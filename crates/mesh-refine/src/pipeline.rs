@@ -80,6 +80,9 @@ impl Refined {
     }
 }
 
+/// The number of points at which the mean distance is measured that decides whether a stage stays.
+const POINTS: usize = 8_000;
+
 /// The stages of refinement.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Steps {
@@ -219,7 +222,7 @@ impl<'a> Pipeline<'a> {
 
     /// The mean distance of a mesh from the original, if stages are undone that raise it.
     fn measured(&self, mesh: &TriMesh) -> Result<Option<f64>, RefineError> {
-        self.steps.undo.then(|| mean_distance(self.original, mesh)).transpose()
+        self.steps.undo.then(|| mean_distance(self.original, mesh, POINTS)).transpose()
     }
 
     /// Turns back the faces that are turned over, unless more faces are folded in the texture then.

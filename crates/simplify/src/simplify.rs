@@ -125,6 +125,10 @@ pub fn simplify_observed(
 /// largest errors count more.
 const MORE: f64 = 1.01;
 
+/// The numbers of points at which means are compared: for quick presets and for others.
+const FEW_POINTS: usize = 8_000;
+const MANY_POINTS: usize = 40_000;
+
 /// Simplifies a mesh by the options, and also by those of the cheaper presets where that takes little time. The result
 /// of a cheaper one stays if its mean distance is smaller by more than a percent. After a stop by the observer it is that
 /// of the options themselves.
@@ -148,8 +152,9 @@ fn closest(
     let most = found.mesh.topology().face_count().max(options.target.face_target(faces));
     if has_faces(&other) && other.mesh.topology().face_count() <= most {
         let original = Surface::new(mesh)?;
-        let [own, others] =
-            [mean_distance(&original, &found.mesh)?, mean_distance(&original, &other.mesh)?];
+        let points = if preset == Preset::Fast { FEW_POINTS } else { MANY_POINTS };
+        let mean = |of: &Simplified| mean_distance(&original, &of.mesh, points);
+        let [own, others] = [mean(&found)?, mean(&other)?];
         if own > MORE * others {
             other.preset_kept = other.preset_kept.or(Some(preset));
             return Ok(other);
