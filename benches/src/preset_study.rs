@@ -147,7 +147,7 @@ fn meshes(options: &PresetStudy) -> Result<Vec<(String, TriMesh)>, Failure> {
     let mut meshes = Vec::new();
     if let Some(models) = &options.models {
         for name in &options.meshes {
-            let soup = mesh_io::read(&models.join(name)).map_err(Failure::mesh)?.soup;
+            let soup = mesh_io::read(models.join(name)).map_err(Failure::mesh)?.soup;
             let mesh = build(&soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh;
             meshes.push((name.clone(), mesh));
         }
