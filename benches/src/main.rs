@@ -10,8 +10,8 @@ mod giant;
 mod instructions;
 mod job_set;
 mod peers;
-mod process;
 mod preset_study;
+mod process;
 mod tolerance_study;
 
 use std::process::ExitCode;

@@ -4,8 +4,7 @@
 //! The mean is that of `curvmesh distance`: the average of the means over both surfaces. Models and generated parts are
 //! simplified to several shares of their faces with the presets from `draft` to `extreme`. A cell is a preset beside the
 //! next cheaper one, for a mesh and a share. It is violated if its mean is more than 2 % larger, unless both are below
-//! a millionth of the diagonal. A cheaper
-//! preset whose collapses end early, with more faces, is not compared.
+//! a millionth of the diagonal. A cheaper preset whose collapses end early, with more faces, is not compared.
 
 use std::path::PathBuf;
 
@@ -15,6 +14,7 @@ use mesh_metric::{CompareOptions, Surface, compare};
 use postconditions::kinds;
 use simplify::{Options, Preset, simplify};
 
+use crate::job_set::JobSet;
 use xtask_common::{Failure, Numbers, progress_bar};
 
 /// What to simplify, and how.
@@ -23,8 +23,8 @@ pub(crate) struct PresetStudy {
     /// The folder with the meshes; without it, only generated parts
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
     models: Option<PathBuf>,
-    /// Which meshes, by file name; the ten of `peers` by default
-    #[arg(long, value_name = "FILE", value_delimiter = ',', default_values_t = crate::peers::MESHES.map(str::to_owned))]
+    /// Which meshes, by file name; those of the jobs `usual` of benches/jobs.toml by default
+    #[arg(long, value_name = "FILE", value_delimiter = ',')]
     meshes: Vec<String>,
     /// Number of generated parts; kinds repeat with other sizes
     #[arg(long, value_name = "N", default_value_t = 20)]
@@ -146,7 +146,11 @@ pub(crate) fn run(options: &PresetStudy) -> Result<(), Failure> {
 fn meshes(options: &PresetStudy) -> Result<Vec<(String, TriMesh)>, Failure> {
     let mut meshes = Vec::new();
     if let Some(models) = &options.models {
-        for name in &options.meshes {
+        let names = match &options.meshes[..] {
+            [] => JobSet::of_name("usual")?.meshes,
+            names => names.to_vec(),
+        };
+        for name in &names {
             let soup = mesh_io::read(models.join(name)).map_err(Failure::mesh)?.soup;
             let mesh = build(&soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh;
             meshes.push((name.clone(), mesh));

@@ -46,12 +46,12 @@ const HEADER: [&str; 8] =
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Way {
     preset: Preset,
-    is_squeezed: bool,
+    is_decimated: bool,
 }
 
 impl std::fmt::Display for Way {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}{}", self.preset, if self.is_squeezed { "" } else { ", not squeezed" })
+        write!(f, "{}{}", self.preset, if self.is_decimated { "" } else { ", not decimated" })
     }
 }
 
@@ -74,7 +74,7 @@ impl ToleranceStudy {
     }
 
     fn ways(&self) -> Vec<Way> {
-        let plain = Way { preset: Preset::Fast, is_squeezed: false };
+        let plain = Way { preset: Preset::Fast, is_decimated: false };
         let all = self.presets.iter().map(|&preset| Way::usual(preset));
         std::iter::once(plain).chain(all).collect()
     }
@@ -82,9 +82,9 @@ impl ToleranceStudy {
 
 impl Way {
     fn usual(preset: Preset) -> Self {
-        let is_squeezed =
+        let is_decimated =
             Options::preset(preset).within(1.0, ErrorCheck::Certified).tolerance.decimate;
-        Self { preset, is_squeezed }
+        Self { preset, is_decimated }
     }
 }
 
@@ -148,7 +148,7 @@ fn measure(
 ) -> Result<Row, Failure> {
     let limit = percent / 100.0 * original.bounding_box().diagonal();
     let mut options = Options::preset(way.preset).within(limit, ErrorCheck::Certified);
-    options.tolerance.decimate &= way.is_squeezed;
+    options.tolerance.decimate &= way.is_decimated;
     let start = Instant::now();
     let result = simplify(mesh, &options).map_err(Failure::mesh)?;
     let seconds = start.elapsed().as_secs_f64();
@@ -171,7 +171,7 @@ impl Row {
             self.faces.to_string(),
             self.percent.to_string(),
             self.way.preset.to_string(),
-            self.way.is_squeezed.to_string(),
+            self.way.is_decimated.to_string(),
             self.left.to_string(),
             format!("{:.4}", self.upper),
             format!("{:.1}", self.seconds),
@@ -185,7 +185,7 @@ impl Row {
             percent: record.get(2)?.parse().ok()?,
             way: Way {
                 preset: record.get(3)?.parse().ok()?,
-                is_squeezed: record.get(4)?.parse().ok()?,
+                is_decimated: record.get(4)?.parse().ok()?,
             },
             left: record.get(5)?.parse().ok()?,
             upper: record.get(6)?.parse().ok()?,
