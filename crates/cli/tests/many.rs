@@ -189,7 +189,7 @@ fn info_takes_folders() {
     }
 }
 
-/// A page is not called .png, and a picture not .svg: programs go by the name.
+/// A page is not called .png, and a picture not .pdf: programs go by the name.
 #[test]
 fn outputs_are_not_named_after_something_else() {
     let folder = tempfile::tempdir().unwrap();
@@ -197,7 +197,7 @@ fn outputs_are_not_named_after_something_else() {
     write(Torus { major: 5.0, minor: 2.0 }.mesh(12, 8).unwrap(), &input);
     for (arguments, name, cure) in [
         (&["view"][..], "page.png", "page.html"),
-        (&["render"], "picture.svg", "picture.png"),
+        (&["render"], "picture.pdf", "picture.png"),
         (&["render"], "picture.html", "picture.png"),
         (&["simplify"], "small.html", ".ply"),
         (&["convert"], "small.png", ".ply"),

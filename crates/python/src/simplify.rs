@@ -309,6 +309,7 @@ fn report<'py>(
     found.set_item("fit", fit)?;
     let turned = result.unfold.map(|unfold| (unfold.turned_before, unfold.turned_after));
     found.set_item("turned_over", turned)?;
+    found.set_item("preset_kept", result.preset_kept.map(::simplify::Preset::name))?;
     let record = Arc::new(LevelRecord { log: result.log, room });
     found.set_item("log", LogData { record, content })?;
     Ok((mesh, found))

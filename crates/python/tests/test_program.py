@@ -54,10 +54,20 @@ def test_simplify(scan: Path, tmp_path: Path, program: Run, options: dict[str, o
     small = cm.simplify(cm.read(scan), **options)  # type: ignore[arg-type]
     same(small.mesh, out)
     assert (small.stop, small.max_cost, small.refused) == (told["stop"], told["max_cost"], told["rejected"])
+    assert small.preset_kept == told.get("preset_kept")
     if small.error is not None:
         assert [small.error.lower, small.error.upper] == list(told["error"].values())
     again = cm.simplify(cm.read(scan), threads=1, **options)  # type: ignore[arg-type]
     assert again.mesh == small.mesh
+
+
+def test_a_cheaper_preset_that_is_closer_is_kept_and_named() -> None:
+    mesh = cm.examples.bracket()
+    found = {faces: cm.simplify(mesh, faces=faces, preset="quality") for faces in (40, 60, 100, 120)}
+    assert any(small.preset_kept is not None for small in found.values())
+    for faces, small in found.items():
+        if small.preset_kept is not None:
+            assert small.mesh == cm.simplify(mesh, faces=faces, preset=small.preset_kept).mesh
 
 
 @pytest.mark.parametrize("cost", ["f1", "f2", "f3", "delaunay"])

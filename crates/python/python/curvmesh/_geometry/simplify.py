@@ -191,6 +191,8 @@ class Simplified:
         Report of the fit.
     turned_over : TurnedOver or None
         Faces that refinement turned over, if the result was refined.
+    preset_kept : str or None
+        The cheaper preset whose result is this one, because it is closer to the original.
     log : Record
         Every collapse, before fitting.
     """
@@ -206,6 +208,7 @@ class Simplified:
     boundary_shift: float | None
     fit: Fit | None
     turned_over: TurnedOver | None
+    preset_kept: Preset | None
     log: Record
 
     def _rows(self) -> list[tuple[str, object]]:
@@ -222,6 +225,8 @@ class Simplified:
             rows.append(("charts merged", f"{self.charts.before} -> {self.charts.after}"))
         if self.turned_over is not None and self.turned_over.left:
             rows.append(("faces upside down", self.turned_over.left))
+        if self.preset_kept is not None:
+            rows.append(("kept the result of", self.preset_kept))
         if self.error is not None:
             rows.append(("error, at least", self.error.lower))
             if self.error.upper is not None:
@@ -549,6 +554,7 @@ def simplify(
         boundary_shift=told["boundary_shift"],
         fit=None if told["fit"] is None else Fit(*told["fit"]),
         turned_over=None if told["turned_over"] is None else TurnedOver(*told["turned_over"]),
+        preset_kept=told["preset_kept"],
         log=Record(told["log"]),
     )
 
