@@ -2,9 +2,9 @@
 //! cheaper one.
 //!
 //! The mean is that of `curvmesh distance`: the average of the means over both surfaces. Models and generated parts are
-//! simplified to several shares of their faces with the presets from `draft` to `extreme`. A cell is a preset beside the
-//! next cheaper one, for a mesh and a share. It is violated if its mean is more than 2 % larger, unless both are below
-//! a millionth of the diagonal. A cheaper preset whose collapses end early, with more faces, is not compared.
+//! simplified to several shares of their faces with the presets from `draft` to `extreme`. A cell is a preset beside
+//! the next cheaper one, for a mesh and a share. It is violated if its mean is more than 2 % larger, unless both are
+//! below a millionth of the diagonal. A cheaper preset whose collapses end early, with more faces, is not compared.
 
 use std::path::PathBuf;
 
@@ -216,7 +216,7 @@ impl Row {
 mod tests {
     use super::*;
 
-    /// On each of these one preset alone is worse than the next cheaper one.
+    /// For each of these parts, a careful preset alone has a larger mean error than the next cheaper preset.
     const DIFFICULT: [(&str, u64, f64); 9] = [
         ("box", 96, 0.02),
         ("extrusion", 82, 0.1),

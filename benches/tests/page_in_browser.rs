@@ -1,5 +1,5 @@
-//! The page of a record in headless Chromium: its figures are those of the tables, it sorts and filters, and it makes no
-//! request. Skipped with a printed reason where there is no Chromium.
+//! The page of a record in headless Chromium: its figures are those of the tables, it sorts and filters, and it makes
+//! no request. Skipped with a printed reason where there is no Chromium.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::expect_used, clippy::print_stderr)]
 
 #[path = "../../crates/mesh-view/tests/browser/mod.rs"]

@@ -158,8 +158,8 @@ pub(crate) struct RepairOptions {
     pub(crate) drop_duplicates: bool,
     /// Reverse faces until neighbours agree and components face outward
     ///
-    /// The volume of a closed component decides; nested shells alternate between solid and cavity. For an open component,
-    /// the side that is visible from outside decides. Sheets for which neither decides stay as they are.
+    /// The volume of a closed component decides; nested shells alternate between solid and cavity. For an open
+    /// component, the side that is visible from outside decides. Sheets for which neither decides stay as they are.
     #[arg(long)]
     pub(crate) reorient: bool,
     /// Cut the surface apart along edges with more than two faces and at pinched vertices

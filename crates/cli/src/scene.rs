@@ -27,8 +27,8 @@ pub(crate) struct Merging {
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Scenes (glTF and GLB, read and written)")]
 pub(crate) struct Scenes {
-    /// Whether targets are for the whole scene or for each mesh. For the whole scene, faces are divided between meshes so
-    /// that the error of the scene is least
+    /// Whether targets are for the whole scene or for each mesh. For the whole scene, faces are divided between meshes
+    /// so that the error of the scene is least
     #[arg(
         long,
         value_name = "scene|mesh",
@@ -71,8 +71,8 @@ impl Scenes {
 }
 
 impl Merging {
-    /// Whether the input is a scene that stays one. It becomes one mesh, with a message, if an option is given that needs
-    /// one mesh.
+    /// Whether the input is a scene that stays one. It becomes one mesh, with a message, if an option is given that
+    /// needs one mesh.
     pub(crate) fn keeps_scene(
         self,
         input: &Path,

@@ -2,9 +2,9 @@
 //!
 //! In a single star each step depends on the one before. Here the edge vectors (incident edges) of many stars are
 //! stored in flat arrays, so that plain loops evaluate all faces and then all edges. Compilers vectorise these loops,
-//! and `fearless_simd` selects the widest instructions of the processor. Formulas and order of summation are the same as
-//! in [`VertexStar`](crate::VertexStar) and [`willmore_energy`](crate::willmore_energy), so results have the same bits
-//! at any width.
+//! and `fearless_simd` selects the widest instructions of the processor. Formulas and order of summation are the same
+//! as in [`VertexStar`](crate::VertexStar) and [`willmore_energy`](crate::willmore_energy), so results have the same
+//! bits at any width.
 
 use core::f64::consts::TAU;
 use core::iter::zip;
@@ -116,7 +116,7 @@ impl StarBatch {
         }
     }
 
-    /// Gathers the incident edges of these vertices.
+    /// Stores the edges around each of these vertices.
     #[inline(always)]
     pub(crate) fn gather(&mut self, mesh: &TriMesh, vertices: Range<usize>) {
         let topology = mesh.topology();

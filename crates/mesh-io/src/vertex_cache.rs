@@ -1,8 +1,8 @@
 //! The order of triangles for the vertex cache of a graphics card.
 //!
 //! Tom Forsyth: Linear-Speed Vertex Cache Optimisation, 2006. The next triangle is the one whose corners were used most
-//! recently and have the fewest triangles left. The scores are those, of eight that were tried, with the fewest misses and
-//! the shortest compressed indices on three models.
+//! recently and have the fewest triangles left. The scores are those, of eight that were tried, with the fewest misses
+//! and the shortest compressed indices on three models.
 
 use mesh_core::as_u32;
 

@@ -34,8 +34,8 @@ pub enum Compression {
     /// None.
     #[default]
     None,
-    /// The extension `EXT_meshopt_compression`, which readers of the file must know. All values are the same, in an order
-    /// that vertex caches like.
+    /// The extension `EXT_meshopt_compression`, which readers of the file must know. All values are the same, in an
+    /// order that vertex caches like.
     Meshopt,
 }
 

@@ -282,8 +282,8 @@ fn meshes_are_written_with_compression() {
     assert!(matches!(error, WriteError::NoCompression(Format::Ply)), "{error}");
 }
 
-/// A torus that `gltf-transform draco` has compressed, and what `gltf-transform copy`, with the decoder of Google, makes
-/// of that.
+/// A torus that `gltf-transform draco` has compressed, and what `gltf-transform copy`, with the decoder of Google,
+/// makes of that.
 const DRACO: &[u8] = include_bytes!("compressed_scenes/draco.glb");
 const DRACO_PLAIN: &[u8] = include_bytes!("compressed_scenes/draco_plain.glb");
 

@@ -140,9 +140,8 @@ impl<'a> Pipeline<'a> {
         (Refined::untouched(level.mesh, constraints), level.vertex_map)
     }
 
-    /// Fits, anneals, reduces the largest errors and turns back faces that are turned over, if these stages are enabled and
-    /// the observer does not stop them.
-    /// Also returns the vertex of the level for each vertex of the original.
+    /// Fits, anneals, reduces the largest errors and turns back faces that are turned over, if these stages are enabled
+    /// and the observer does not stop them. Also returns the vertex of the level for each vertex of the original.
     pub fn finish(
         &self,
         level: Level,

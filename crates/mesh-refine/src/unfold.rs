@@ -148,8 +148,8 @@ enum Change {
     Move(VertexId, DVec3),
 }
 
-/// The number of faces that a change turns over, negative if it turns faces back, and the largest distance of the changed
-/// faces from the original after it.
+/// The number of faces that a change turns over, negative if it turns faces back, and the largest distance of the
+/// changed faces from the original after it.
 type Effect = (isize, f64);
 
 struct Repair<'a> {

@@ -1,7 +1,7 @@
 //! The colour bar: a legend for the colours.
 
 use crate::error::RenderError;
-use crate::picture::{Picture, check_size};
+use crate::picture::Picture;
 use crate::scale::Scale;
 use crate::text::Font;
 use crate::ticks;
@@ -39,11 +39,7 @@ impl ColorBar {
         let widest = marks.iter().map(|(_, text)| font.width(text)).max().unwrap_or(0);
         let (gap, bar) = (line / 2, line);
         let strip = (gap + bar + gap + widest + gap).max(font.width("0") * 10);
-        let width = picture.width() + strip;
-        check_size([u64::from(width), u64::from(picture.height())])?;
-        let behind = background.map_or([255, 255, 255, 0], |[r, g, b]| [r, g, b, 255]);
-        let mut whole = Picture::new([width, picture.height()], behind)?;
-        whole.paste(picture, [0, 0]);
+        let mut whole = picture.with_strip(strip, background)?;
         let left = i64::from(picture.width() + gap);
         // Room for the name above and half a line below.
         let top = i64::from(line * 2);

@@ -2,8 +2,8 @@
 
 use crate::scale::MISSING;
 
-/// The colours of labels. The first seven can be told apart without colour vision (Okabe and Ito 2008); each further one
-/// is as far as possible from all before it, from [`MISSING`] and from uncoloured surfaces, in the space CIELAB.
+/// The colours of labels. The first seven can be told apart without colour vision (Okabe and Ito 2008); each further
+/// one is as far as possible from all before it, from [`MISSING`] and from uncoloured surfaces, in the space CIELAB.
 pub const LABEL_COLORS: [[u8; 3]; 20] = [
     [230, 159, 0],
     [86, 180, 233],

@@ -3,7 +3,7 @@
 use crate::colorbar::ColorBar;
 use crate::error::RenderError;
 use crate::labels::Labels;
-use crate::picture::{Picture, check_size};
+use crate::picture::Picture;
 use crate::scale::Scale;
 use crate::text::Font;
 
@@ -81,11 +81,7 @@ fn swatches_beside(
     let texts = shown.iter().map(|(_, text)| gap + side + gap + font.width(text));
     let widest = texts.chain(notes.iter().map(|note| gap + font.width(note))).max().unwrap_or(0);
     let strip = (widest + gap).max(font.width("0") * 10);
-    let width = picture.width() + strip;
-    check_size([u64::from(width), u64::from(picture.height())])?;
-    let behind = background.map_or([255, 255, 255, 0], |[r, g, b]| [r, g, b, 255]);
-    let mut whole = Picture::new([width, picture.height()], behind)?;
-    whole.paste(picture, [0, 0]);
+    let mut whole = picture.with_strip(strip, background)?;
     let left = i64::from(picture.width() + gap);
     font.write(&mut whole, [left, i64::from(line / 4)], &font.fit(name, strip - gap), INK);
     let mut top = i64::from(step) + i64::from(gap);

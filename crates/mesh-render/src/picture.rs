@@ -84,6 +84,18 @@ impl Picture {
         self.pixels[index] = [mix(0), mix(1), mix(2), (255.0 * opacity).round() as u8];
     }
 
+    /// A copy with a strip to its right, in the colour of the background (`None`: transparent).
+    pub(crate) fn with_strip(
+        &self,
+        strip: u32,
+        background: Option<[u8; 3]>,
+    ) -> Result<Self, RenderError> {
+        let behind = background.map_or([255, 255, 255, 0], |[r, g, b]| [r, g, b, 255]);
+        let mut whole = Self::new([self.width.saturating_add(strip), self.height], behind)?;
+        whole.paste(self, [0, 0]);
+        Ok(whole)
+    }
+
     /// Copies a picture into this one, with its upper left corner at a pixel.
     pub(crate) fn paste(&mut self, other: &Self, [x, y]: [u32; 2]) {
         let width = other.width.min(self.width.saturating_sub(x)) as usize;

@@ -216,8 +216,8 @@ impl Canvas<'_> {
     }
 }
 
-/// Draws every sample whose middle is in the triangle, including its edges, so that neighbours leave no gap. `seen` gives
-/// what is seen at a place, from the weights of the corners; `None` where the triangle has a hole.
+/// Draws every sample whose middle is in the triangle, including its edges, so that neighbours leave no gap. `seen`
+/// gives what is seen at a place, from the weights of the corners; `None` where the triangle has a hole.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

@@ -1,10 +1,10 @@
 //! Pictures as vectors, for figures of papers.
 //!
-//! A face is written if it is seen in any sample of the picture, and in no other case; this is decided by a depth buffer
-//! that holds the indices of faces. The faces are written from the farthest to the nearest, by the depth of their
-//! middle, so that a face that is partly hidden is overdrawn by those in front of it. Where faces pass through each other
-//! or differ much in size, this order can be wrong. Every face has one colour: that of its middle. A face between labels
-//! is divided where its colours meet. Lines are written if any part of them is seen.
+//! A face is written if it is seen in any sample of the picture, and in no other case; this is decided by a depth
+//! buffer that holds the indices of faces. The faces are written from the farthest to the nearest, by the depth of
+//! their middle, so that a face that is partly hidden is overdrawn by those in front of it. Where faces pass through
+//! each other or differ much in size, this order can be wrong. Every face has one colour: that of its middle. A face
+//! between labels is divided where its colours meet. Lines are written if any part of them is seen.
 
 use crate::colorbar::ColorBar;
 use crate::error::RenderError;
@@ -34,8 +34,8 @@ const ROW: f64 = 1.4;
 /// Width in pixels of the border that faces have in their own colour, so that no gap shows between neighbours.
 const SEAM: f64 = 0.4;
 
-/// Draws a mesh and the lines on it as an SVG file, with a legend and its title to the right. The style means the same as
-/// for [`render`](crate::render()).
+/// Draws a mesh and the lines on it as an SVG file, with a legend and its title to the right. The style means the same
+/// as for [`render`](crate::render()).
 ///
 /// # Errors
 /// As [`render`](crate::render()).
@@ -204,37 +204,33 @@ struct Key<'a> {
     height: f64,
     /// The size of letters in pixels.
     letter: f64,
+    /// The labels that fit, and the notes below them.
+    rows: (Vec<([u8; 3], String)>, Vec<String>),
 }
 
 impl<'a> Key<'a> {
     fn new(legend: &'a Legend, name: &'a str, height: f64) -> Self {
-        Self { legend, name, height, letter: (height / 36.0).clamp(10.0, 30.0) }
-    }
-
-    /// The labels that fit, and the notes below them.
-    fn rows(&self) -> (Vec<([u8; 3], String)>, Vec<String>) {
-        match self.legend {
-            Legend::Labels(labels) => {
-                let rows = self.height / (ROW * self.letter) - 4.0;
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a picture has few rows"
-                )]
-                let most = rows.max(1.0) as usize;
-                swatches(labels, most)
-            }
-            Legend::Scale(_) => (Vec::new(), Vec::new()),
-        }
+        let letter = (height / 36.0).clamp(10.0, 30.0);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a picture has few rows"
+        )]
+        let most = (height / (ROW * letter) - 4.0).max(1.0) as usize;
+        let rows = match legend {
+            Legend::Labels(labels) => swatches(labels, most),
+            Legend::Scale(_) => Default::default(),
+        };
+        Self { legend, name, height, letter, rows }
     }
 
     /// The width in pixels. Letters differ in width between programs; this is enough for all.
     fn width(&self) -> u32 {
         let beside = match self.legend {
             Legend::Scale(scale) => longest(marks(*scale).iter().map(|(_, text)| text)),
-            Legend::Labels(_) => longest(self.rows().0.iter().map(|(_, text)| text)),
+            Legend::Labels(_) => longest(self.rows.0.iter().map(|(_, text)| text)),
         };
-        let notes = longest(&self.rows().1);
+        let notes = longest(&self.rows.1);
         let letters = (beside as f64 + 3.5).max(notes.max(self.name.chars().count()) as f64 + 0.5);
         #[expect(
             clippy::cast_possible_truncation,
@@ -256,14 +252,14 @@ impl<'a> Key<'a> {
         match self.legend {
             Legend::Scale(scale) => self.bar(page, *scale, [x, top]),
             Legend::Labels(_) => {
-                let (shown, notes) = self.rows();
+                let (shown, notes) = &self.rows;
                 let mut y = top;
-                for (color, label) in &shown {
+                for (color, label) in shown {
                     page.rectangle([x, y], [letter; 2], &hex(*color));
                     page.word([x + 1.5 * letter, y + 0.85 * letter], label);
                     y += ROW * letter;
                 }
-                for note in &notes {
+                for note in notes {
                     page.word([x, y + 0.85 * letter], note);
                     y += ROW * letter;
                 }

@@ -78,8 +78,8 @@ impl Layout {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
 pub struct Start {
-    /// The colours: [`Field::key`], [`Exhibit::COMPONENTS`], `plain`, `material`, `vertexColors` or `faceColors`. `None` for materials if there
-    /// are any, otherwise the first available kind.
+    /// The colours: [`Field::key`], [`Exhibit::COMPONENTS`], `plain`, `material`, `vertexColors` or `faceColors`.
+    /// `None` for materials if there are any, otherwise the first available kind.
     pub color: Option<String>,
     /// The colour map; `None` for the usual one of the quantity.
     pub map: Option<ColorMap>,

@@ -1,8 +1,8 @@
 //! Which cheaper preset is tried beside a careful one.
 //!
-//! Presets collapse in different orders. If few faces are left, chance decides which order ends closer to the input, and
-//! no refinement makes up for that. So where it takes little time, a preset also makes the result of the next cheaper
-//! preset, and keeps the one with the smaller mean distance.
+//! Presets collapse in different orders. If few faces are left, chance decides which order ends closer to the input,
+//! and no refinement makes up for that. So where it takes little time, a preset also makes the result of the next
+//! cheaper preset, and keeps the one with the smaller mean distance.
 
 use mesh_refine::FitNorm;
 

@@ -12,13 +12,14 @@ use crate::options::{
 
 /// A named set of options.
 ///
-/// On small meshes chance decides which order of collapses ends closest to the input. So a careful preset also makes the
-/// result of the next cheaper one, and keeps that if its mean distance is smaller by more than a percent:
-/// [`Simplified::preset_kept`](crate::Simplified::preset_kept). [`Preset::Default`] tries [`Preset::Fast`] on inputs of up
-/// to 5,000 faces. [`Preset::Quality`] tries the default, and [`Preset::Extreme`] tries quality, on these inputs, and for
-/// results of up to 1,000 faces from inputs of up to 100,000. On inputs of up to 5,000 faces every stage of refinement is
-/// undone that raises the mean distance. All this holds for the options of a preset with any target of faces, protection,
-/// attributes and seed, but not with an error limit, a time limit or [`FitNorm::Max`](crate::FitNorm::Max).
+/// On small meshes chance decides which order of collapses ends closest to the input. So a careful preset also makes
+/// the result of the next cheaper one, and keeps that if its mean distance is smaller by more than a percent:
+/// [`Simplified::preset_kept`](crate::Simplified::preset_kept). [`Preset::Default`] tries [`Preset::Fast`] on inputs of
+/// up to 5,000 faces. [`Preset::Quality`] tries the default, and [`Preset::Extreme`] tries quality, on these inputs,
+/// and for results of up to 1,000 faces from inputs of up to 100,000. On inputs of up to 5,000 faces every stage of
+/// refinement is undone that raises the mean distance. All this holds for the options of a preset with any target of
+/// faces, protection, attributes and seed, but not with an error limit, a time limit or
+/// [`FitNorm::Max`](crate::FitNorm::Max).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

@@ -60,8 +60,8 @@ pub struct Simplified {
     /// Report of the fit; `None` when it was not asked for, or undone because it did not lower the error.
     pub fit: Option<FitReport>,
     /// Report of the annealing; `None` when it was not asked for, had nothing to do (see
-    /// [`AnnealOptions::has_work`](crate::AnnealOptions::has_work)), or was undone because it did not lower the error or
-    /// folded the texture.
+    /// [`AnnealOptions::has_work`](crate::AnnealOptions::has_work)), or was undone because it did not lower the error
+    /// or folded the texture.
     pub anneal: Option<AnnealReport>,
     /// Report of the reduction of the largest errors; `None` when it was not asked for, or undone because it folded the
     /// texture or raised the mean too much.
@@ -121,8 +121,8 @@ pub fn simplify_observed(
     Ok(found.restored(scale, options))
 }
 
-/// The factor of a mean beside that of a cheaper preset from which the result of the cheaper one is kept. Below it, lower
-/// largest errors count more.
+/// The factor of a mean beside that of a cheaper preset from which the result of the cheaper one is kept. Below it,
+/// lower largest errors count more.
 const MORE: f64 = 1.01;
 
 /// The numbers of points at which means are compared: for quick presets and for others.
@@ -130,8 +130,8 @@ const FEW_POINTS: usize = 8_000;
 const MANY_POINTS: usize = 40_000;
 
 /// Simplifies a mesh by the options, and also by those of the cheaper presets where that takes little time. The result
-/// of a cheaper one stays if its mean distance is smaller by more than a percent. After a stop by the observer it is that
-/// of the options themselves.
+/// of a cheaper one stays if its mean distance is smaller by more than a percent. After a stop by the observer it is
+/// that of the options themselves.
 fn closest(
     mesh: &TriMesh,
     options: &Options,
@@ -180,8 +180,8 @@ fn of_one_plan(
 
 /// Simplifies a mesh with custom cost, placement, cost modifiers and constraints. The options must be
 /// [`Options::custom`]. Their protection, target, attributes, refinement and tolerance apply as in [`simplify()`];
-/// custom constraints are also obeyed by the refinement. The mesh is not scaled, because policies know its size: products
-/// of several lengths must be in the range of numbers.
+/// custom constraints are also obeyed by the refinement. The mesh is not scaled, because policies know its size:
+/// products of several lengths must be in the range of numbers.
 ///
 /// # Errors
 /// As [`simplify()`]; the options name a cost or a placement.

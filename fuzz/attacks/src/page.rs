@@ -6,8 +6,8 @@ use glam::DVec3;
 use mesh_io::{Format, Material, Pictures, ReadOptions, Scalars};
 use mesh_view::{Exhibit, Field, Lines, On, Page, Section};
 
-/// Puts the text, as lossy UTF-8, everywhere where a page shows text of a file or of a caller. The page must have the same
-/// elements as with plain text.
+/// Puts the text, as lossy UTF-8, everywhere where a page shows text of a file or of a caller. The page must have the
+/// same elements as with plain text.
 pub fn attack(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let found = elements(&page(&text));

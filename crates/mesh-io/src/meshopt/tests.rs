@@ -1,6 +1,6 @@
-//! The codec against streams of another one: `golden.txt` has, for each stream that the npm package `meshoptimizer` 1.3.0
-//! has encoded, the mode, the filter, the number of values, their size, the stream, and what the reference decoder of
-//! that package makes of it.
+//! The codec against streams of another one: `golden.txt` has, for each stream that the npm package `meshoptimizer`
+//! 1.3.0 has encoded, the mode, the filter, the number of values, their size, the stream, and what the reference
+//! decoder of that package makes of it.
 
 use super::filters::Filter;
 use super::stream::Broken;

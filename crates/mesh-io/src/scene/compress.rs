@@ -23,10 +23,12 @@ const UNSIGNED_SHORT: u32 = 5123;
 const TRIANGLES: u32 = 4;
 
 impl Scene {
-    /// The scene in a smaller form, with the same values: `EXT_meshopt_compression`, which readers of the file must know.
+    /// The scene in a smaller form, with the same values: `EXT_meshopt_compression`, which readers of the file must
+    /// know.
     ///
     /// Triangles and vertices get an order that vertex caches and compression like, unless anything may depend on the
-    /// order. A triangle may start with another of its corners. Images, and what does not get smaller, stay as they are.
+    /// order. A triangle may start with another of its corners. Images, and what does not get smaller, stay as they
+    /// are.
     ///
     /// # Errors
     /// A [`WriteError`]: data compressed in another way cannot be read.

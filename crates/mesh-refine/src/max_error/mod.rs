@@ -4,8 +4,9 @@
 //! moves the vertices around the largest distances to lower them: a fit in which the farthest pairs have the largest
 //! weights. Then each round finds the vertices of the original that are farthest from the mesh, inserts vertices there,
 //! and collapses the cheapest edges elsewhere until the number of faces is as before. Vertices of the mesh that are far
-//! from the original are moved back to it, and if the middle of an edge is farthest, the edge is split there. The result of a round is kept if the largest distance has fallen and the
-//! root mean square is not much larger than at the start.
+//! from the original are moved back to it, and if the middle of an edge is farthest, the edge is split there. The
+//! result of a round is kept if the largest distance has fallen and the root mean square is not much larger than at the
+//! start.
 
 mod distance_update;
 mod elements;

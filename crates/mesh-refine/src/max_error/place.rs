@@ -123,8 +123,8 @@ fn farthest_first(distances: impl Iterator<Item = f64>, bar: f64) -> Vec<usize> 
 const ON_SIDE: f64 = 0.1;
 
 /// Splits an edge of a face, or else the face or its edge closest to `point`, and puts the new vertex at this point.
-/// Does nothing if the edge or face must stay as it is, if a sliver would arise, if a limit would be exceeded, if a face
-/// beside a given edge would turn too far, or if `found` is given and faces would intersect.
+/// Does nothing if the edge or face must stay as it is, if a sliver would arise, if a limit would be exceeded, if a
+/// face beside a given edge would turn too far, or if `found` is given and faces would intersect.
 fn put_vertex(
     mesh: &mut TriMesh,
     (constraints, found): (&FitConstraints, &mut Option<NewIntersections>),

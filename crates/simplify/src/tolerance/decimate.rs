@@ -66,17 +66,18 @@ pub(crate) fn decimate_to_tolerance(
         if observer.stops(Phase::DecimateToTolerance, &level.mesh) {
             break;
         }
-        let (known, known_lost) = (places.len(), lost.len());
+        let known = (places.len(), lost.len());
         if let Some(failed) = failed.take() {
-            let result = Surface::new(&failed)?;
-            places
-                .extend(unproved(&failed, measuring.original, limit).into_iter().map(Ball::round));
-            lost.extend(unproved(original, &result, limit));
+            if matches!(proved, Proved::WhereItFailed) {
+                let far = unproved(&failed, measuring.original, limit);
+                places.extend(far.into_iter().map(Ball::round));
+            }
+            lost.extend(unproved(original, &Surface::new(&failed)?, limit));
         }
         let proofs = match proved {
             Proved::Nowhere => Proofs::None,
             // If every face is proved, another attempt of this kind would give the same result.
-            Proved::WhereItFailed if (known, known_lost) == (places.len(), lost.len()) => continue,
+            Proved::WhereItFailed if known == (places.len(), lost.len()) => continue,
             Proved::WhereItFailed => Proofs::Near(&places),
             Proved::Everywhere => Proofs::All,
         };

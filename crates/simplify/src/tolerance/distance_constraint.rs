@@ -126,7 +126,7 @@ impl<'a> DistanceConstraint<'a> {
         })
     }
 
-    /// Rejects all collapses that would change one of these faces, given by index.
+    /// Keeps faces as they are: every collapse that changes one of them is rejected. `kept` has an entry for each face.
     pub(crate) fn keep(&mut self, kept: Vec<bool>) {
         self.kept = kept;
     }

@@ -179,14 +179,22 @@ def _shown(
     return on or fitting[0], array, labels
 
 
-def _colored(
-    mesh: Mesh, values: Values, on: On | None, is_scaled: bool
-) -> tuple[On, NDArray[np.float64], bool] | None:
-    """Values to be shown as colours. Who names a scale of colours wants amounts."""
-    if values is None:
-        return None
-    kind, array, labels = _shown(mesh, values, on)
-    return kind, array, labels and not is_scaled
+def _asked(
+    mesh: Any, values: Values, on: On | None, **style: Any
+) -> tuple[Mesh, tuple[On, NDArray[np.float64], bool] | None, dict[str, Any]]:
+    """The mesh, the values shown as colours, and the style as the library takes it."""
+    given, shown = as_mesh(mesh), None
+    if values is not None:
+        kind, array, labels = _shown(given, values, on)
+        # Who names a scale of colours wants amounts.
+        is_scaled = style["colormap"] is not None or style["range"] != "auto" or style["log"]
+        shown = (kind, array, labels and not is_scaled)
+    direction, label = style["direction"], style["label"]
+    style["direction"] = [direction] if isinstance(direction, str) else list(direction)
+    style["up"], style["size"] = list(style["up"]), list(style["size"])
+    style["label"] = label or (values if isinstance(values, str) else "")
+    style["range"] = _range(style["range"])
+    return given, shown, style
 
 
 def _are_labels(values: Any) -> bool:
@@ -286,25 +294,26 @@ def render(
     >>> cm.render(torus, cm.curvature(torus).mean, label="H", size=(300, 200))  # doctest: +ELLIPSIS
     Picture(... x 200)
     """
-    given = as_mesh(mesh)
-    shown = _colored(given, values, on, colormap is not None or range != "auto" or log)
-    style = {
-        "direction": [direction] if isinstance(direction, str) else list(direction),
-        "up": list(up),
-        "size": list(size),
-        "edges": edges,
-        "outlines": outlines,
-        "crease": crease,
-        "smooth": smooth,
-        "transparent": transparent,
-        "supersampling": supersampling,
-        "plain": plain,
-        "label": label or (values if isinstance(values, str) else ""),
-        "colormap": colormap,
-        "range": _range(range),
-        "log": log,
-        "bar": bar,
-    }
+    given, shown, style = _asked(
+        mesh,
+        values,
+        on,
+        direction=direction,
+        up=up,
+        size=size,
+        edges=edges,
+        outlines=outlines,
+        crease=crease,
+        smooth=smooth,
+        transparent=transparent,
+        supersampling=supersampling,
+        plain=plain,
+        label=label,
+        colormap=colormap,
+        range=range,
+        log=log,
+        bar=bar,
+    )
     with calling("drawing", None, threads) as call:
         png, pixels, ends = _core.render(call, given._data, shown, style)
     return Picture(png, pixels, None if ends is None else (ends[0], ends[1]))
@@ -356,25 +365,26 @@ def figure(
     >>> cm.figure(cm.shapes.cube(), direction="corner", edges=1, size=(300, 200))
     Figure(300 x 200, 6 faces)
     """
-    given = as_mesh(mesh)
-    shown = _colored(given, values, on, colormap is not None or range != "auto" or log)
-    style = {
-        "direction": [direction] if isinstance(direction, str) else list(direction),
-        "up": list(up),
-        "size": list(size),
-        "edges": edges,
-        "outlines": outlines,
-        "crease": crease,
-        "smooth": smooth,
-        "transparent": True,
-        "supersampling": supersampling,
-        "plain": plain,
-        "label": label or (values if isinstance(values, str) else ""),
-        "colormap": colormap,
-        "range": _range(range),
-        "log": log,
-        "bar": bar,
-    }
+    given, shown, style = _asked(
+        mesh,
+        values,
+        on,
+        direction=direction,
+        up=up,
+        size=size,
+        edges=edges,
+        outlines=outlines,
+        crease=crease,
+        smooth=smooth,
+        transparent=True,
+        supersampling=supersampling,
+        plain=plain,
+        label=label,
+        colormap=colormap,
+        range=range,
+        log=log,
+        bar=bar,
+    )
     with calling("drawing", None, threads) as call:
         svg, extent, faces, ends = _core.figure(call, given._data, shown, style)
     return Figure(svg, (extent[0], extent[1]), faces, None if ends is None else (ends[0], ends[1]))
