@@ -4,10 +4,19 @@
 //! and no refinement makes up for that. So where it takes little time, a preset also makes the result of the next
 //! cheaper preset, and keeps the one with the smaller mean distance.
 
-use mesh_refine::FitNorm;
+use core::ops::ControlFlow;
 
+use mesh_collapse::{Progress, StopReason};
+use mesh_core::TriMesh;
+use mesh_metric::Surface;
+use mesh_refine::mean_distance;
+
+use crate::after_collapses::SMALL;
+use crate::error::SimplifyError;
 use crate::options::{Options, RefineOptions};
 use crate::preset::Preset;
+use crate::run::run_plan;
+use crate::simplified::Simplified;
 
 /// Careful presets, each with the next cheaper one.
 const CHEAPER: [(Preset, Preset); 3] = [
@@ -16,27 +25,56 @@ const CHEAPER: [(Preset, Preset); 3] = [
     (Preset::Extreme, Preset::Quality),
 ];
 
-/// The largest number of faces of an input on which every preset is tried, and every stage measured.
-const SMALL: usize = 5_000;
-
 /// The largest numbers of faces of input and result for which presets are tried that take longer than the default.
 const MOST_FACES: usize = 100_000;
 const MOST_LEFT: usize = 1_000;
 
-/// Whether stages of refinement that raise the mean distance are undone. With an error limit, or a norm for the largest
-/// distance, the mean does not count.
-pub(crate) fn undoes_stages(options: &Options, faces: usize) -> bool {
-    faces <= SMALL && counts_mean(options)
-}
+/// The factor of a mean beside that of a cheaper preset from which the result of the cheaper one is kept. Below it,
+/// lower largest errors count more.
+const MORE: f64 = 1.01;
 
-fn counts_mean(options: &Options) -> bool {
-    options.tolerance.distance.is_none() && options.refine.norm != FitNorm::Max
+/// The numbers of points at which means are compared: for quick presets and for others.
+const FEW_POINTS: usize = 8_000;
+const MANY_POINTS: usize = 40_000;
+
+/// Simplifies a mesh by the options, and also by those of the cheaper presets where that takes little time. The result
+/// of a cheaper one stays if its mean distance is smaller by more than a percent. After a stop by the observer it is
+/// that of the options themselves.
+pub(crate) fn closest(
+    mesh: &TriMesh,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    let faces = mesh.topology().face_count();
+    let mut found = run_plan(mesh, options, observe)?;
+    let Some((preset, options)) = cheaper(options, faces) else { return Ok(found) };
+    let has_faces = |result: &Simplified| result.mesh.topology().face_count() > 0;
+    if found.stop == StopReason::Cancelled || found.collapses == 0 || !has_faces(&found) {
+        return Ok(found);
+    }
+    let mut other = closest(mesh, &options, observe)?;
+    if other.stop == StopReason::Cancelled {
+        found.stop = StopReason::Cancelled;
+        return Ok(found);
+    }
+    let most = found.mesh.topology().face_count().max(options.target.face_target(faces));
+    if has_faces(&other) && other.mesh.topology().face_count() <= most {
+        let original = Surface::new(mesh)?;
+        let points = if preset == Preset::Fast { FEW_POINTS } else { MANY_POINTS };
+        let mean = |of: &Simplified| mean_distance(&original, &of.mesh, points);
+        let [own, others] = [mean(&found)?, mean(&other)?];
+        if own > MORE * others {
+            other.preset_kept = other.preset_kept.or(Some(preset));
+            return Ok(other);
+        }
+    }
+    Ok(found)
 }
 
 /// The options with the method of the next cheaper preset, if they are those of a preset and the mesh is small enough.
 /// Targets, protection and attributes are the same.
-pub(crate) fn cheaper(options: &Options, faces: usize) -> Option<(Preset, Options)> {
-    if !counts_mean(options) || options.target.time.is_some() {
+fn cheaper(options: &Options, faces: usize) -> Option<(Preset, Options)> {
+    if !options.counts_mean() || options.target.time.is_some() {
         return None;
     }
     let with_method_of = |preset: Preset| {
@@ -60,6 +98,7 @@ pub(crate) fn cheaper(options: &Options, faces: usize) -> Option<(Preset, Option
 mod tests {
     use super::*;
     use crate::tolerance::measure::ErrorCheck;
+    use mesh_refine::FitNorm;
 
     #[test]
     fn a_preset_tries_the_next_cheaper_one_where_that_takes_little_time() {

@@ -1,14 +1,18 @@
 #![doc = include_str!("../README.md")]
 
+mod after_collapses;
 mod cheaper;
 mod collapse;
 mod dispatch;
 mod error;
 mod memory;
+mod option_checks;
 mod options;
 mod plan;
 mod preset;
+mod run;
 mod shortfall;
+mod simplified;
 mod simplify;
 mod tolerance;
 mod unit_size;
@@ -26,6 +30,7 @@ pub use options::{
 pub use plan::{Plan, rules};
 pub use preset::{Preset, UnknownPreset};
 pub use shortfall::Shortfall;
-pub use simplify::{Simplified, simplify, simplify_observed, simplify_with};
+pub use simplified::Simplified;
+pub use simplify::{simplify, simplify_observed, simplify_with};
 pub use tolerance::collapses_within::collapses_within;
 pub use tolerance::measure::{AchievedError, ErrorCheck};

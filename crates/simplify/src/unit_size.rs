@@ -5,7 +5,7 @@ use mesh_core::UnitScale;
 use mesh_refine::{AnnealReport, FitReport, MaxErrorReport};
 
 use crate::options::{AttributeOptions, Metric, Options, ToleranceOptions};
-use crate::simplify::Simplified;
+use crate::simplified::Simplified;
 use crate::tolerance::measure::AchievedError;
 
 impl Metric {

@@ -1,0 +1,205 @@
+//! What follows the collapses: refinement, tolerance, report.
+
+use glam::DVec3;
+use mesh_collapse::{CollapseLog, Constraints, Level, Policy, Protected, Run, StopReason};
+use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_metric::Surface;
+use mesh_refine::{
+    CollapseBack, Curve, FitConstraints, Observer, Pipeline, Refined, Steps, Texture,
+};
+
+use crate::error::SimplifyError;
+use crate::options::{Options, PlacementRule};
+use crate::shortfall::Shortfall;
+use crate::simplified::Simplified;
+use crate::tolerance::level_search::LevelSearch;
+use crate::tolerance::measure::{AchievedError, Measuring};
+
+/// The largest number of faces of an input on which every preset is tried, and every stage of refinement measured.
+pub(crate) const SMALL: usize = 5_000;
+
+/// A refined mesh, and what the vertices of the input are in the level that it was made from.
+type RefinedLevel = (Refined, VertexMap<Option<VertexId>>);
+
+/// What follows the collapses.
+pub(crate) struct AfterCollapses<'a> {
+    /// The input.
+    pub(crate) mesh: &'a TriMesh,
+    /// Custom constraints, as they were before the run.
+    pub(crate) constraints: &'a Constraints,
+    pub(crate) options: &'a Options,
+}
+
+impl AfterCollapses<'_> {
+    /// The result of a run that has left `level`.
+    pub(crate) fn result(
+        &self,
+        level: Level,
+        mut run: Run,
+        mut observer: Observer<'_>,
+    ) -> Result<Simplified, SimplifyError> {
+        let Self { mesh, options, .. } = *self;
+        let is_changed = !observer.is_stopped() && run.collapses > 0;
+        let is_refined = is_changed && (options.refine.is_any() || self.may_fold());
+        let has_faces = mesh.topology().face_count() > 0;
+        let mut error = None;
+        let (refined, vertex_map) =
+            if has_faces && (is_refined || options.tolerance.check.is_some()) {
+                let steps = if is_refined { self.steps() } else { Steps::default() };
+                self.refined(level, &mut run, steps, &mut error, &mut observer)?
+            } else {
+                untouched(level)
+            };
+        if observer.is_stopped() {
+            run.stop = StopReason::Cancelled;
+        }
+        let follow = |&v: &Option<VertexId>| match &refined.vertex_map {
+            Some(map) => v.and_then(|v| map.get(v).copied().flatten()),
+            None => v,
+        };
+        Ok(Simplified {
+            vertex_map: VertexMap::from_vec(vertex_map.as_slice().iter().map(follow).collect()),
+            boundary_shift: boundary_shift(mesh, &refined.mesh),
+            mesh: refined.mesh,
+            collapses: run.collapses,
+            log: if options.record { run.log } else { CollapseLog::default() },
+            stop: run.stop,
+            shortfall: Shortfall::of(
+                &options.target,
+                mesh.topology().face_count(),
+                run.stop,
+                &run.rejections,
+            ),
+            rejections: run.rejections,
+            max_cost: run.max_cost,
+            error,
+            fit: refined.fit,
+            anneal: refined.anneal,
+            max_error: refined.max_error,
+            preset_kept: None,
+            unfold: refined.unfold,
+        })
+    }
+
+    /// The level refined and measured, or with an error limit the coarsest level within it.
+    fn refined(
+        &self,
+        level: Level,
+        run: &mut Run,
+        steps: Steps,
+        error: &mut Option<AchievedError>,
+        observer: &mut Observer<'_>,
+    ) -> Result<RefinedLevel, SimplifyError> {
+        let original = Surface::new(self.mesh)?;
+        let tolerance = self.options.tolerance;
+        let protect = &self.options.protect;
+        let pipeline = Pipeline::new(self.mesh, &original, protect, steps, self.texture());
+        let measuring = tolerance.check.map(|check| Measuring {
+            original: &original,
+            check,
+            limit: tolerance.distance,
+        });
+        if let (Some(limit), Some(measuring)) = (tolerance.distance, measuring) {
+            // The search makes levels of its own.
+            drop(level);
+            return self.within(limit, run, &pipeline, measuring, error, observer);
+        }
+        let (refined, vertex_map) = pipeline.finish(level, observer)?;
+        if let Some(measuring) = measuring {
+            *error = measuring.measure(&refined.mesh, observer)?;
+        }
+        Ok((refined, vertex_map))
+    }
+
+    /// The coarsest level within a distance; the input when the observer stops the search before there is one.
+    fn within(
+        &self,
+        limit: f64,
+        run: &mut Run,
+        pipeline: &Pipeline<'_>,
+        measuring: Measuring<'_>,
+        error: &mut Option<AchievedError>,
+        observer: &mut Observer<'_>,
+    ) -> Result<RefinedLevel, SimplifyError> {
+        let Self { mesh, options, .. } = *self;
+        let mut constraints = self.constraints.clone();
+        constraints.prepare(mesh);
+        let snapshots = core::mem::take(&mut run.snapshots);
+        let search = LevelSearch {
+            mesh,
+            protected: Protected::new(mesh, &options.protect, constraints),
+            log: &run.log,
+            pipeline,
+            measuring,
+            limit,
+            decimate: self.decimation(),
+        };
+        let found = if observer.is_stopped() { None } else { search.run(snapshots, observer)? };
+        let Some(found) = found else {
+            run.truncate(0);
+            let protected = Protected::new(mesh, &options.protect, Constraints::default());
+            return Ok(untouched(Level::new(mesh, &protected, &run.log, 0)?));
+        };
+        if found.collapses < run.log.len() || !found.error.is_within(limit) {
+            run.truncate(found.collapses);
+            let faces = found.refined.mesh.topology().face_count();
+            run.stop =
+                if faces <= self.face_target() { StopReason::Faces } else { StopReason::Error };
+        }
+        *error = Some(found.error);
+        Ok((found.refined, found.vertex_map))
+    }
+
+    fn face_target(&self) -> usize {
+        self.options.target.face_target(self.mesh.topology().face_count())
+    }
+
+    /// Whether the collapses avoid folds but may make some by a chain of turns: the butterfly point leaves the surface.
+    fn may_fold(&self) -> bool {
+        self.options.placement == PlacementRule::Butterfly
+            && self.options.protect.min_cosine.is_some()
+    }
+
+    /// The stages of the refinement; at least the wanted faces are left, or one fewer.
+    fn steps(&self) -> Steps {
+        let steps =
+            self.options.refine.steps(&self.options.protect, self.face_target().saturating_sub(1));
+        // Stages that raise the mean distance are undone.
+        let is_small = self.mesh.topology().face_count() <= SMALL;
+        Steps { undo: is_small && self.options.counts_mean(), ..steps }
+    }
+
+    /// The texture that must not fold over, if there is one that counts.
+    fn texture(&self) -> Option<Texture<'_>> {
+        let attributes = self.options.attributes.counting()?;
+        let seams = self.options.protect.features.as_ref()?;
+        let texture = Texture { original: self.mesh, attributes, seams };
+        attributes.has_texture().then_some(texture)
+    }
+
+    /// Whether and how a mesh within the tolerance is collapsed further.
+    fn decimation(&self) -> Option<CollapseBack<'static>> {
+        let Options { protect, tolerance, .. } = self.options;
+        tolerance.decimate.then_some(CollapseBack {
+            faces: self.face_target(),
+            locked: &[],
+            boundary: protect.boundary,
+            forbid_intersections: protect.forbid_intersections,
+            min_component_vertices: protect.min_component_vertices,
+            first: None,
+        })
+    }
+}
+
+fn untouched(level: Level) -> RefinedLevel {
+    (Refined::untouched(level.mesh, FitConstraints::default()), level.vertex_map)
+}
+
+/// The largest distance of a boundary vertex of one mesh to the boundary of another.
+fn boundary_shift(from: &TriMesh, to: &TriMesh) -> Option<f64> {
+    let boundary = Curve::boundary(to)?;
+    let topology = from.topology();
+    let vertices = topology.vertices().filter(|&v| topology.is_boundary_vertex(v));
+    let points: Vec<DVec3> = vertices.map(|v| from.position(v)).collect();
+    boundary.farthest(&points)
+}
