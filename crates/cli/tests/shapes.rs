@@ -6,12 +6,40 @@ use std::path::Path;
 
 use crate::common::{code, json, write};
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, SplitMix64};
 use mesh_io::{Model, WriteOptions};
-use mesh_shapes::{Sphere, Torus, polyhedra};
+use mesh_shapes::{Diagonals, Plane, Sphere, Torus, polyhedra};
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
+}
+
+#[test]
+fn subdivision_makes_no_slivers_and_turns_no_face_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+    let mut straight_edges = 0;
+    for seed in 0..20 {
+        // Cells of size 1, and corners that move by up to .4.
+        let mut random = SplitMix64::new(seed);
+        let mut soup = Plane { half_width: 6.0 }.mesh(12, Diagonals::Alternating).unwrap();
+        for p in soup.positions_mut().iter_mut().filter(|p| p.abs().max_element() < 6.0) {
+            *p += 0.4 * DVec3::new(random.symmetric(), random.symmetric(), 0.0);
+        }
+        write(soup, &input);
+        let report = json(&["subdivide", text(&input), "-o", text(&output)]);
+        straight_edges += report["straight_edges"].as_u64().unwrap();
+        let [before, after] = [&input, &output].map(|path| mesh_io::read(path).unwrap().soup);
+        let slivers = |soup: &PolygonSoup| mesh_core::diagnose(soup).unwrap().slivers;
+        assert!(slivers(&after) <= 4 * slivers(&before), "{seed}");
+        let z = |soup: &PolygonSoup, face: &[u32]| {
+            let [a, b, c] = [0, 1, 2].map(|k| soup.positions()[face[k] as usize]);
+            (b - a).cross(c - a).z
+        };
+        let upright = before.faces().all(|face| z(&before, face) > 0.0);
+        assert!(!upright || after.faces().all(|face| z(&after, face) > 0.0), "{seed}");
+    }
+    assert!(straight_edges > 0);
 }
 
 #[test]

@@ -43,6 +43,6 @@ pub use scene::{
     SceneSteps, SceneTarget, SimplifiedScene, mesh_title, scene_levels, simplify_scene,
 };
 pub use seams::Seams;
-pub use subdivide::{SubdivisionError, subdivide_step};
+pub use subdivide::{Subdivided, SubdivisionError, subdivide_step};
 pub use surface::{is_point_cloud, surface, surface_or_points};
 pub use vertex_curvature::VertexValues;

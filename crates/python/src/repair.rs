@@ -132,7 +132,7 @@ pub(crate) fn subdivide(
     steps: u32,
     tension: f64,
     eight_point: bool,
-) -> PyResult<MeshData> {
+) -> PyResult<(MeshData, usize)> {
     const MOST: u32 = 12;
     if !(1..=MOST).contains(&steps) {
         let message = format!("steps is {steps}; it must be from 1 to {MOST}");
@@ -145,15 +145,18 @@ pub(crate) fn subdivide(
     let irregular = if eight_point { IrregularRule::EightPoint } else { IrregularRule::Zorin };
     let rules = ButterflyOptions { tension, irregular };
     let content = mesh.content();
-    run(py, call, move |watch| -> Result<MeshData, Ended> {
+    run(py, call, move |watch| -> Result<(MeshData, usize), Ended> {
         let source = content.source()?;
         let corners = &source.provenance.corner_source;
         let model = source.to_model(source.mesh, corners).map_err(Failure::from)?;
         let (mut mesh, mut model) = (source.mesh.clone(), model);
         // The subdivided surface has different normals.
         (model.vertex_normals, model.corner_normals) = (None, None);
+        let mut straight_edges = 0;
         for step in 0..steps {
-            (mesh, model) = subdivide_step(&mesh, &model, &rules).map_err(Failure::from)?;
+            let made = subdivide_step(&mesh, &model, &rules).map_err(Failure::from)?;
+            (mesh, model) = (made.mesh, made.model);
+            straight_edges += made.straight_edges;
             let fraction = f64::from(step + 1) / f64::from(steps);
             let faces = Some(mesh.topology().face_count());
             let state = State { phase: "subdivide", fraction, faces, ..State::default() };
@@ -161,6 +164,6 @@ pub(crate) fn subdivide(
                 return Err(Ended::interrupted());
             }
         }
-        Ok(MeshData::new(model, false))
+        Ok((MeshData::new(model, false), straight_edges))
     })
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
-use mesh_work::{SubdivisionError, subdivide_step};
+use mesh_work::{Subdivided, SubdivisionError, subdivide_step};
 use serde::Serialize;
 
 use crate::batch::{Job, check_output};
@@ -15,8 +15,9 @@ use crate::task::{Done, Task};
 /// Subdivide a mesh smoothly by the butterfly scheme
 ///
 /// Every step cuts each face into four. The vertices of the input stay where they are. New vertices
-/// between them lie on a smooth surface, and on smooth curves along boundaries. Texture coordinates,
-/// colours and numbers are interpolated, materials and groups kept; normals are left out.
+/// between them lie on a smooth surface, and on smooth curves along boundaries. Where that would make
+/// slivers or turn faces over, they lie at the middle of their edges. Texture coordinates, colours and
+/// numbers are interpolated, materials and groups kept; normals are left out.
 ///
 ///     curvmesh subdivide part.obj -o smooth.obj
 ///     curvmesh subdivide part.stl -o smooth.stl --steps 3
@@ -42,6 +43,8 @@ struct Results {
     steps: u32,
     vertices_out: usize,
     faces_out: usize,
+    /// New vertices at the middle of their edges, since a curved one would make a sliver or turn a face over.
+    straight_edges: usize,
 }
 
 pub(crate) fn run(options: &Subdivide, session: &Session) -> Result<Outcome, Failure> {
@@ -64,19 +67,27 @@ fn one(options: &Subdivide, task: &Task, console: &Console) -> Result<Done, Fail
         },
     };
     let bar = console.progress(u64::from(options.steps), "subdividing");
-    let mut mesh = loaded.mesh;
+    let (mut mesh, mut straight_edges) = (loaded.mesh, 0);
     for _ in 0..options.steps {
-        (mesh, model) =
+        let step: Subdivided =
             Seconds::time(&mut seconds.compute, || subdivide_step(&mesh, &model, &rules))
                 .map_err(failed)?;
+        (mesh, model) = (step.mesh, step.model);
+        straight_edges += step.straight_edges;
         bar.inc(1);
     }
     bar.finish_and_clear();
+    if straight_edges > 0 {
+        console.message(format_args!(
+            "{straight_edges} new vertices are at the middle of their edges: the curve of the scheme would make slivers \
+             or turn faces over there; a lower --tension curves less"
+        ));
+    }
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let topology = mesh.topology();
     let (steps, vertices_out, faces_out) =
         (options.steps, topology.vertex_count(), topology.face_count());
-    let results = Results { steps, vertices_out, faces_out };
+    let results = Results { steps, vertices_out, faces_out, straight_edges };
     let report = task.report(console, counts, results, seconds);
     let brief = format!("{} -> {faces_out} faces", report.faces);
     let text = format!("{}: {brief}, {vertices_out} vertices", report.subject());

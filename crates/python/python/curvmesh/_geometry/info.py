@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -289,7 +290,8 @@ def subdivide(
     -------
     Mesh
         The vertices of the input come first. Texture coordinates and other data are interpolated; normals are
-        left out.
+        left out. Where the scheme would make slivers or turn faces over, new vertices are at the middle of their
+        edges, and a warning says how many.
 
     Examples
     --------
@@ -300,4 +302,11 @@ def subdivide(
     """
     given = as_mesh(mesh)
     with calling("subdividing", progress, threads) as call:
-        return Mesh._of(_core.subdivide(call, given._data, steps, tension, eight_point))
+        fine, straight_edges = _core.subdivide(call, given._data, steps, tension, eight_point)
+    if straight_edges:
+        warnings.warn(
+            f"{straight_edges} new vertices are at the middle of their edges, where the curve of the scheme would make "
+            "slivers or turn faces over; a lower tension curves less",
+            stacklevel=3,
+        )
+    return Mesh._of(fine)
