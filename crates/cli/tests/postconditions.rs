@@ -13,6 +13,21 @@ use crate::common::curvmesh;
 /// Meshes for each command, unless `PROPTEST_CASES` says how many.
 const CASES: u64 = 1;
 
+/// Runs in which a chain of collapses or moves turns faces over, which a single flip or move does not turn back.
+const FOLDED: [(&str, u64); 11] = [
+    ("simplify --preset default --ratio 0.5", 1003),
+    ("simplify --preset thin-features --ratio 0.5", 1026),
+    ("simplify --ratio 0.2 --lock-boundary", 1004),
+    ("simplify --ratio 0.1 --preset quality --norm max", 1021),
+    ("simplify --ratio 0.1 --preset quality --norm max", 1005),
+    ("simplify --preset fast --ratio 0.3", 1005),
+    ("simplify --ratio 0.2 --preset fast --placement optimal", 1005),
+    ("simplify --preset draft --ratio 0.1", 1033),
+    ("simplify --preset quality --ratio 0.1", 1055),
+    ("simplify --preset default --ratio 0.05", 505),
+    ("simplify --preset draft --ratio 0.3", 1003),
+];
+
 /// Runs a command on a mesh, and returns the violations of its promise.
 fn run(command: &Command, kind: usize, seed: u64, folder: &Path) -> Vec<String> {
     let mut worn = wear::wear(&kinds::mesh(kind, seed, command.density), seed);
@@ -44,6 +59,17 @@ fn run(command: &Command, kind: usize, seed: u64, folder: &Path) -> Vec<String> 
     let found: Vec<String> = command.outputs.iter().flat_map(judge).collect();
     let about = |text: String| format!("{text} ({}, {})", kinds::name(kind), worn.description);
     found.into_iter().map(about).collect()
+}
+
+#[test]
+fn faces_that_chains_of_changes_turn_over_are_turned_back() {
+    let commands = commands::all();
+    for (name, seed) in FOLDED {
+        let command = commands.iter().find(|command| command.name == name).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let faults = run(command, seed as usize % kinds::count(), seed, folder.path());
+        assert!(faults.is_empty(), "{name}, {seed}: {faults:?}");
+    }
 }
 
 #[test]

@@ -2,13 +2,13 @@
 //!
 //! Every step keeps faces from turning too far at once, but a chain of small turns can turn a face over. Such a face is
 //! found by the normals of the original around it. It is turned back by the flip of one of its edges, or by a move of
-//! one of its vertices: to the original, or towards the middle of the neighbours. The change that leaves the fewest
-//! faces turned over is made; among equal changes, the one that stays closest to the original. No change takes a point
-//! farther from the original than the farthest point of the mesh was before.
+//! one of its vertices: to the original, or towards the middle of the neighbours. Where no single change helps, two are
+//! made: any change around the face, then one that turns it back. The changes that leave the fewest faces turned over
+//! are made; among equal ones, those that stay closest to the original. No change takes a point farther from the
+//! original than the farthest point of the mesh was before.
 
 use glam::DVec3;
 use mesh_collapse::NewIntersections;
-use mesh_core::edit::LegalFlip;
 use mesh_core::{EdgeId, FaceId, HalfEdgeId, TriMesh, VertexId, parallel};
 use mesh_metric::Surface;
 
@@ -16,6 +16,7 @@ use crate::block_loop::values_in_turn;
 use crate::face_quality::keeps_height;
 use crate::fit::constraints::FitConstraints;
 use crate::fit::flips::flip_crosses;
+use crate::fit::freedom::{Freedom, freedoms};
 use crate::fit::moves::cross;
 
 /// Options of [`unfold`].
@@ -54,21 +55,37 @@ const ROUNDING: f64 = 1e-9;
 /// How far a vertex moves towards the middle of its neighbours before it moves to the closest point of the original.
 const TOWARDS_MIDDLE: [f64; 3] = [0.0, 0.5, 1.0];
 
-/// Turns back the faces that are turned over against the original, where a flip or a move can do that.
+/// Turns back the faces that are turned over against the original, where flips and moves can do that.
 pub fn unfold(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &FitConstraints,
     options: &UnfoldOptions,
 ) -> UnfoldReport {
+    unfold_part(mesh, original, None, constraints, options)
+}
+
+/// As [`unfold`]; `original` is the part of the original around all folds, and `near` are the faces that it is near to.
+pub(crate) fn unfold_part(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    near: Option<&[FaceId]>,
+    constraints: &FitConstraints,
+    options: &UnfoldOptions,
+) -> UnfoldReport {
     if turned_faces(mesh, original, 0.0).is_empty() {
         return UnfoldReport::default();
     }
-    let farthest = farthest_point(mesh, original);
+    let farthest = match near {
+        Some(near) => farthest_point(mesh, original, near),
+        None => farthest_point(mesh, original, &mesh.topology().faces().collect::<Vec<_>>()),
+    };
     let mut turned = turned_faces(mesh, original, farthest);
     let turned_before = turned.len();
     let found = options.forbid_intersections.then(|| NewIntersections::new(mesh));
-    let mut repair = Repair { mesh, original, constraints, found, farthest };
+    let freedoms = freedoms(mesh, constraints);
+    let limit = farthest;
+    let mut repair = Repair { mesh, original, constraints, freedoms, found, farthest, limit };
     for _ in 0..PASSES {
         let count = turned.len();
         turned.into_iter().for_each(|face| repair.turn_back(face));
@@ -118,8 +135,7 @@ fn points([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
 }
 
 /// The largest distance of points of the faces from the original, if it is more than rounding.
-fn farthest_point(mesh: &TriMesh, original: &Surface) -> f64 {
-    let faces: Vec<FaceId> = mesh.topology().faces().collect();
+fn farthest_point(mesh: &TriMesh, original: &Surface, faces: &[FaceId]) -> f64 {
     let points_of = |face: &FaceId| points(mesh.triangle(*face));
     let measured = |points: &[DVec3]| {
         let closest = original.closest_to_neighbours(points);
@@ -143,8 +159,9 @@ fn farthest_of(original: &Surface, faces: &[[DVec3; 3]]) -> f64 {
 }
 
 /// A change of some faces.
+#[derive(Clone, Copy)]
 enum Change {
-    Flip(LegalFlip),
+    Flip(EdgeId),
     Move(VertexId, DVec3),
 }
 
@@ -156,43 +173,115 @@ struct Repair<'a> {
     mesh: &'a mut TriMesh,
     original: &'a Surface,
     constraints: &'a FitConstraints,
+    /// The freedom of each vertex, by index.
+    freedoms: Vec<Freedom>,
     found: Option<NewIntersections>,
-    /// No point of a changed face may be farther from the original.
+    /// The largest distance of a point of the mesh from the original.
     farthest: f64,
+    /// The largest distance at which a changed face may be.
+    limit: f64,
+}
+
+/// The factor on the largest distance that is allowed where faces cannot be turned back within it.
+const FARTHER: f64 = 2.0;
+
+/// The number of faces that the first of two changes may turn over, before the second one turns faces back.
+const MORE_BETWEEN: isize = 1;
+
+/// The smallest of several changes by effect.
+fn best<C>(changes: impl Iterator<Item = (Effect, C)>) -> Option<(Effect, C)> {
+    changes.min_by(|((a, far_a), _), ((b, far_b), _)| a.cmp(b).then(far_a.total_cmp(far_b)))
 }
 
 impl Repair<'_> {
-    /// If a face is turned over, makes the change that turns the most faces back, if there is one.
+    /// If a face is turned over, makes the changes that turn the most faces back, if there are any.
     fn turn_back(&mut self, face: FaceId) {
         if !is_turned(self.original, self.mesh.triangle(face), self.farthest) {
             return;
         }
-        let topology = self.mesh.topology();
-        let edges = topology.face_half_edges(face).map(HalfEdgeId::edge);
-        let flips = edges.into_iter().filter_map(|edge| self.flip(edge));
-        let moves = topology.face_vertices(face).into_iter().flat_map(|v| self.moves(v));
-        let better = |((a, far_a), _): &(Effect, Change), ((b, far_b), _): &(Effect, Change)| {
-            a.cmp(b).then(far_a.total_cmp(far_b))
-        };
-        let changed: Vec<FaceId> = match flips.chain(moves).min_by(better) {
-            Some((_, Change::Flip(flip))) => {
-                let edge = flip.edge();
-                self.mesh.flip(flip);
-                self.mesh.topology().edge_faces(edge).into_iter().flatten().collect()
+        for factor in [1.0, FARTHER] {
+            self.limit = factor * self.farthest;
+            if let Some((_, change)) = self.change_of(face, -1) {
+                self.make(change);
+                return;
             }
-            Some((_, Change::Move(v, to))) => {
-                self.mesh.positions_mut()[v.index()] = to;
-                self.mesh.topology().faces_of_vertex(v).collect()
+            if let Some((_, changes)) = self.two_changes(face) {
+                for change in changes {
+                    self.make(change);
+                }
+                return;
             }
-            None => return,
-        };
-        if let Some(found) = &mut self.found {
-            found.update(self.mesh, changed);
         }
     }
 
-    /// The flip of an edge, if it is allowed and turns faces back.
-    fn flip(&self, edge: EdgeId) -> Option<(Effect, Change)> {
+    /// The best change of a face among those that turn over at most `most` faces.
+    fn change_of(&self, face: FaceId, most: isize) -> Option<(Effect, Change)> {
+        let topology = self.mesh.topology();
+        let edges = topology.face_half_edges(face).map(HalfEdgeId::edge);
+        let flips = edges.into_iter().filter_map(|edge| self.flip(edge, most));
+        let moves = topology.face_vertices(face).into_iter().flat_map(|v| self.moves(v, most));
+        best(flips.chain(moves))
+    }
+
+    /// The best two changes around a face of which the second one turns faces back.
+    fn two_changes(&mut self, face: FaceId) -> Option<(Effect, [Change; 2])> {
+        let topology = self.mesh.topology();
+        let corners = topology.face_vertices(face);
+        let mut edges: Vec<EdgeId> =
+            corners.into_iter().flat_map(|v| topology.edges_of_vertex(v)).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let mut vertices: Vec<VertexId> =
+            corners.into_iter().flat_map(|v| topology.one_ring(v)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let flips = edges.into_iter().filter_map(|edge| self.flip(edge, MORE_BETWEEN));
+        let moves = vertices.into_iter().flat_map(|v| self.moves(v, MORE_BETWEEN));
+        let firsts: Vec<(Effect, Change)> = flips.chain(moves).collect();
+        let pairs = firsts.into_iter().filter_map(|((turned, far), first)| {
+            let undo = self.undo_of(first);
+            let changed = self.make(first);
+            let faces = changed.into_iter().chain([face]);
+            let second = best(faces.filter_map(|face| self.change_of(face, -1 - turned)));
+            for change in undo {
+                self.make(change);
+            }
+            let ((more, farther), second) = second?;
+            Some(((turned + more, far.max(farther)), [first, second]))
+        });
+        best(pairs.collect::<Vec<_>>().into_iter())
+    }
+
+    /// The changes that undo a change which has not been made yet. A flip turns an edge by a quarter, so that three more
+    /// restore its direction as well.
+    fn undo_of(&self, change: Change) -> Vec<Change> {
+        match change {
+            Change::Flip(_) => vec![change; 3],
+            Change::Move(v, _) => vec![Change::Move(v, self.mesh.position(v))],
+        }
+    }
+
+    /// Makes a change, and returns the changed faces.
+    fn make(&mut self, change: Change) -> Vec<FaceId> {
+        let changed: Vec<FaceId> = match change {
+            Change::Flip(edge) => {
+                let Ok(flip) = self.mesh.topology().check_flip(edge) else { return Vec::new() };
+                self.mesh.flip(flip);
+                self.mesh.topology().edge_faces(edge).into_iter().flatten().collect()
+            }
+            Change::Move(v, to) => {
+                self.mesh.positions_mut()[v.index()] = to;
+                self.mesh.topology().faces_of_vertex(v).collect()
+            }
+        };
+        if let Some(found) = &mut self.found {
+            found.update(self.mesh, changed.iter().copied());
+        }
+        changed
+    }
+
+    /// The flip of an edge, if it is allowed and turns over at most `most` faces.
+    fn flip(&self, edge: EdgeId, most: isize) -> Option<(Effect, Change)> {
         let topology = self.mesh.topology();
         if self.constraints.is_held(edge) || !self.constraints.limits.allow_flip(self.mesh, edge) {
             return None;
@@ -203,27 +292,39 @@ impl Repair<'_> {
         if !keeps_height(new, old) {
             return None;
         }
-        let effect = self.effect(&old, &new)?;
+        let effect = self.effect(&old, &new, most)?;
         if self.found.as_ref().is_some_and(|found| flip_crosses(self.mesh, found, &flip)) {
             return None;
         }
-        Some((effect, Change::Flip(flip)))
+        Some((effect, Change::Flip(edge)))
     }
 
-    /// The moves of a vertex that are allowed and turn faces back.
-    fn moves(&self, v: VertexId) -> Vec<(Effect, Change)> {
+    /// The moves of a vertex that are allowed and turn over at most `most` faces.
+    fn moves(&self, v: VertexId, most: isize) -> Vec<(Effect, Change)> {
         let topology = self.mesh.topology();
-        let is_on_line = topology.edges_of_vertex(v).any(|e| self.constraints.is_held(e));
-        if topology.is_boundary_vertex(v) || is_on_line || self.constraints.is_fixed(topology, v) {
+        let freedom = self.freedoms[v.index()];
+        let curve = freedom.curve(self.constraints);
+        let is_beside = |e: EdgeId| match freedom {
+            Freedom::Free => true,
+            Freedom::AlongBoundary => topology.is_boundary_edge(e),
+            Freedom::AlongFeature => self.constraints.is_feature(e),
+            Freedom::Fixed => false,
+        };
+        let from = self.mesh.position(v);
+        let beside = topology.edges_of_vertex(v).filter(|&e| is_beside(e));
+        let ends = beside.map(|e| topology.edge_vertices(e).map(|w| self.mesh.position(w)));
+        let (sum, count) = ends.fold((DVec3::ZERO, 0.0), |(sum, count), [a, b]| {
+            (sum + (a - from) + (b - from), count + 1.0)
+        });
+        if count == 0.0 {
             return Vec::new();
         }
-        let from = self.mesh.position(v);
-        let offsets = topology.one_ring(v).map(|w| self.mesh.position(w) - from);
-        let to_middle = offsets.sum::<DVec3>() / topology.valence(v) as f64;
+        let to_middle = sum / count;
         let faces: Vec<FaceId> = topology.faces_of_vertex(v).collect();
         let old: Vec<[DVec3; 3]> = faces.iter().map(|&face| self.mesh.triangle(face)).collect();
         let moved = |part: f64| {
-            let to = self.original.closest(from + part * to_middle).point;
+            let point = from + part * to_middle;
+            let to = curve.map_or_else(|| self.original.closest(point).point, |c| c.closest(point));
             let at = |w: VertexId| if w == v { to } else { self.mesh.position(w) };
             let new: Vec<[DVec3; 3]> =
                 faces.iter().map(|&face| topology.face_vertices(face).map(at)).collect();
@@ -231,24 +332,24 @@ impl Repair<'_> {
                 || self.found.as_ref().is_some_and(|found| found.would_arise_at(self.mesh, v, to));
             let is_allowed = self.constraints.limits.allow_move(self.mesh, v, to)
                 && old.iter().zip(&new).all(|(&old, &new)| keeps_height([new], [old]));
-            let effect = if is_allowed { self.effect(&old, &new) } else { None }?;
+            let effect = if is_allowed { self.effect(&old, &new, most) } else { None }?;
             (!crosses()).then_some((effect, Change::Move(v, to)))
         };
         TOWARDS_MIDDLE.into_iter().filter_map(moved).collect()
     }
 
-    /// The effect of a change of faces, if it turns faces back and takes none too far from the original.
-    fn effect(&self, old: &[[DVec3; 3]], new: &[[DVec3; 3]]) -> Option<Effect> {
+    /// The effect of a change of faces, if it turns over at most `most` faces and takes none too far from the original.
+    fn effect(&self, old: &[[DVec3; 3]], new: &[[DVec3; 3]], most: isize) -> Option<Effect> {
         let turned = |faces: &[[DVec3; 3]]| {
             let is_turned = |&&face: &&[DVec3; 3]| is_turned(self.original, face, self.farthest);
             faces.iter().filter(is_turned).count()
         };
-        let (before, after) = (turned(old), turned(new));
-        if after >= before {
+        let turned = turned(new) as isize - turned(old) as isize;
+        if turned > most {
             return None;
         }
         let far = farthest_of(self.original, new);
-        (far <= self.farthest).then_some((after as isize - before as isize, far))
+        (far <= self.limit).then_some((turned, far))
     }
 }
 
@@ -266,12 +367,15 @@ mod tests {
         let topology = flat.topology();
         let inner: Vec<VertexId> =
             topology.vertices().filter(|&v| !topology.is_boundary_vertex(v)).collect();
-        for &v in &inner {
+        // Beyond one of the neighbours, alone or together with that neighbour.
+        for (&v, is_pair) in inner.iter().flat_map(|v| [(v, false), (v, true)]) {
             let mut mesh = flat.clone();
-            // Beyond one of the neighbours.
-            let to = mesh.topology().one_ring(v).next().map(|w| mesh.position(w)).unwrap();
-            let from = mesh.position(v);
+            let next = mesh.topology().one_ring(v).find(|w| inner.contains(w)).unwrap();
+            let (from, to) = (mesh.position(v), mesh.position(next));
             mesh.positions_mut()[v.index()] = from + 1.3 * (to - from);
+            if is_pair {
+                mesh.positions_mut()[next.index()] = to - 0.3 * (to - from);
+            }
             let z = |face: FaceId| mesh.face_cross(face).z;
             let is_at_fold = |&face: &FaceId| {
                 let half_edges = mesh.topology().face_half_edges(face);

@@ -112,7 +112,7 @@ impl Choices {
     fn adjust_fit(&self, options: &mut Options) {
         let refine = &mut options.refine;
         match self.fit_rounds {
-            Some(0) => *refine = RefineOptions::none(),
+            Some(0) => *refine = RefineOptions { unfold: refine.unfold, ..RefineOptions::none() },
             Some(rounds) => (refine.fit, refine.tuning.fit.rounds) = (true, rounds),
             None => {}
         }

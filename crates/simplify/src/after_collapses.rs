@@ -9,7 +9,8 @@ use mesh_refine::{
 };
 
 use crate::error::SimplifyError;
-use crate::options::{Options, PlacementRule};
+use crate::folds::original_at_folds;
+use crate::options::Options;
 use crate::shortfall::Shortfall;
 use crate::simplified::Simplified;
 use crate::tolerance::level_search::LevelSearch;
@@ -40,13 +41,18 @@ impl AfterCollapses<'_> {
     ) -> Result<Simplified, SimplifyError> {
         let Self { mesh, options, .. } = *self;
         let is_changed = !observer.is_stopped() && run.collapses > 0;
-        let is_refined = is_changed && (options.refine.is_any() || self.may_fold());
+        let is_refined = is_changed && options.refine.is_any();
         let has_faces = mesh.topology().face_count() > 0;
         let mut error = None;
+        let may_fold = is_changed && options.refine.unfold && options.protect.min_cosine.is_some();
         let (refined, vertex_map) =
             if has_faces && (is_refined || options.tolerance.check.is_some()) {
-                let steps = if is_refined { self.steps() } else { Steps::default() };
+                let steps = if is_changed { self.steps() } else { Steps::default() };
                 self.refined(level, &mut run, steps, &mut error, &mut observer)?
+            } else if may_fold && let Some((original, near)) = original_at_folds(mesh, &level) {
+                let (protect, steps) = (&options.protect, self.steps());
+                let pipeline = Pipeline::new(mesh, &original, protect, steps, self.texture());
+                pipeline.at_folds(near).finish(level, &mut observer)?
             } else {
                 untouched(level)
             };
@@ -152,12 +158,6 @@ impl AfterCollapses<'_> {
 
     fn face_target(&self) -> usize {
         self.options.target.face_target(self.mesh.topology().face_count())
-    }
-
-    /// Whether the collapses avoid folds but may make some by a chain of turns: the butterfly point leaves the surface.
-    fn may_fold(&self) -> bool {
-        self.options.placement == PlacementRule::Butterfly
-            && self.options.protect.min_cosine.is_some()
     }
 
     /// The stages of the refinement; at least the wanted faces are left, or one fewer.

@@ -5,6 +5,7 @@ mod cheaper;
 mod collapse;
 mod dispatch;
 mod error;
+mod folds;
 mod memory;
 mod option_checks;
 mod options;

@@ -63,6 +63,9 @@ pub struct RefineOptions {
     pub anneal: bool,
     /// Whether the largest errors are reduced at the end. See [`reduce_max_error`](crate::reduce_max_error()).
     pub max_error: bool,
+    /// Whether faces that chains of collapses or of other steps turned over against the input are turned back, by flips
+    /// and moves. See [`unfold`](crate::unfold()).
+    pub unfold: bool,
     /// Error norm that all refinement steps minimise. With [`FitNorm::L1`], the largest errors are reduced only while
     /// the root mean square does not rise. With [`FitNorm::Max`], there are more rounds, and the mean may rise.
     pub norm: FitNorm,
@@ -232,13 +235,20 @@ impl RefineOptions {
             fit: false,
             anneal: false,
             max_error: false,
+            unfold: false,
             norm: FitNorm::L2,
             seed: 1,
             tuning: Tuning::default(),
         }
     }
 
-    /// Whether there is any refinement.
+    /// No refinement, but faces that are turned over are turned back.
+    #[must_use]
+    pub fn unfold_only() -> Self {
+        Self { unfold: true, ..Self::none() }
+    }
+
+    /// Whether there is any refinement besides turning faces back.
     #[must_use]
     pub fn is_any(&self) -> bool {
         self.fit || self.max_error
@@ -275,7 +285,9 @@ impl RefineOptions {
                 fit: FitOptions { seed: reduce.fit.seed, ..fitted(reduce.fit) },
                 ..reduce
             }),
-            unfold: Some(UnfoldOptions { forbid_intersections: protect.forbid_intersections }),
+            unfold: self
+                .unfold
+                .then_some(UnfoldOptions { forbid_intersections: protect.forbid_intersections }),
             undo: false,
         }
     }

@@ -14,9 +14,9 @@ use crate::options::{
 ///
 /// On small meshes chance decides which order of collapses ends closest to the input. So a careful preset also makes
 /// the result of the next cheaper one, and keeps that if its mean distance is smaller by more than a percent:
-/// [`Simplified::preset_kept`](crate::Simplified::preset_kept). [`Preset::Default`] tries [`Preset::Fast`] on inputs of
-/// up to 5,000 faces. [`Preset::Quality`] tries the default, and [`Preset::Extreme`] tries quality, on these inputs,
-/// and for results of up to 1,000 faces from inputs of up to 100,000. On inputs of up to 5,000 faces every stage of
+/// [`Simplified::preset_kept`](crate::Simplified::preset_kept). [`Preset::Fast`] tries [`Preset::Draft`], and
+/// [`Preset::Default`] tries fast, on inputs of up to 5,000 faces. [`Preset::Quality`] tries the default, and
+/// [`Preset::Extreme`] tries quality, on these inputs, and for results of up to 1,000 faces from inputs of up to 100,000. On inputs of up to 5,000 faces every stage of
 /// refinement is undone that raises the mean distance. All this holds for the options of a preset with any target of
 /// faces, protection, attributes and seed, but not with an error limit, a time limit or
 /// [`FitNorm::Max`](crate::FitNorm::Max).
@@ -144,11 +144,11 @@ impl Options {
             Preset::Draft => Self {
                 cost: quadrics,
                 placement: PlacementRule::Optimal,
-                refine: RefineOptions::none(),
+                refine: RefineOptions::unfold_only(),
                 record: false,
                 ..plain
             },
-            Preset::Fast => Self { cost: quadrics, refine: RefineOptions::none(), ..plain },
+            Preset::Fast => Self { cost: quadrics, refine: RefineOptions::unfold_only(), ..plain },
             Preset::Default => plain,
             Preset::Quality => Self { cost: careful, refine: RefineOptions::quality(), ..plain },
             Preset::Extreme => {
@@ -167,7 +167,7 @@ impl Options {
                     ..plain.cost
                 },
                 placement: PlacementRule::Optimal,
-                refine: RefineOptions::none(),
+                refine: RefineOptions::unfold_only(),
                 ..plain
             },
             Preset::PaperL1 => plain.norm(Metric::CurvatureL1).unguarded(),
@@ -187,7 +187,7 @@ impl Options {
                 ..self.cost
             },
             placement: PlacementRule::Butterfly,
-            refine: RefineOptions::none(),
+            refine: RefineOptions::unfold_only(),
             ..self
         }
     }
@@ -215,7 +215,7 @@ impl Default for CostOptions {
 impl Default for RefineOptions {
     /// The refinement of [`Preset::Default`]: a short fit, then the largest errors are reduced.
     fn default() -> Self {
-        Self { fit: true, max_error: true, ..Self::none() }
+        Self { fit: true, max_error: true, ..Self::unfold_only() }
     }
 }
 
@@ -246,6 +246,6 @@ impl RefineOptions {
                 ..max_error
             },
         };
-        Self { fit: true, anneal: true, max_error: true, tuning, ..Self::none() }
+        Self { fit: true, anneal: true, max_error: true, tuning, ..Self::unfold_only() }
     }
 }

@@ -203,8 +203,12 @@ fn compare_sides(
     let distances = compare(&new, &old, &samples);
     if promise.unfolded && promise.pieces == 1 && !is_joined_anew {
         let turning = Turning::new(&before.mesh, &old);
-        let is_turned =
-            |&face: &FaceId| turning.is_turned(after.mesh.triangle(face), distances.forward.max);
+        // Within an error limit, a wall that is thinner may become two sheets on one of its sides.
+        let error = match promise.bound {
+            Some(_) => distances.forward.max.max(distances.backward.max),
+            None => distances.forward.max,
+        };
+        let is_turned = |&face: &FaceId| turning.is_turned(after.mesh.triangle(face), error);
         let turned: Vec<FaceId> = after.mesh.topology().faces().filter(is_turned).collect();
         if let [first, ..] = turned[..] {
             let corners = after.mesh.triangle(first);

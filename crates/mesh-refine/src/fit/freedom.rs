@@ -9,7 +9,7 @@ use crate::fit::constraints::FitConstraints;
 
 /// The positions that a vertex may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Freedom {
+pub(crate) enum Freedom {
     Fixed,
     Free,
     AlongBoundary,
@@ -18,7 +18,7 @@ pub(super) enum Freedom {
 
 impl Freedom {
     /// The line that a vertex moves along, if any.
-    pub(super) fn curve(self, constraints: &FitConstraints) -> Option<&Curve> {
+    pub(crate) fn curve(self, constraints: &FitConstraints) -> Option<&Curve> {
         match self {
             Self::AlongBoundary => constraints.boundary_curve.as_deref(),
             Self::AlongFeature => constraints.feature_curve.as_deref(),
@@ -28,7 +28,7 @@ impl Freedom {
 }
 
 /// The freedom of each vertex, by index.
-pub(super) fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Freedom> {
+pub(crate) fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Freedom> {
     let topology = mesh.topology();
     let of_vertex = |index: usize| {
         let v = VertexId::from_index(index);

@@ -22,7 +22,7 @@ pub(crate) mod constraints;
 mod element;
 mod equations;
 pub(crate) mod flips;
-mod freedom;
+pub(crate) mod freedom;
 mod lines;
 pub(crate) mod moves;
 mod pairs;

@@ -1,0 +1,65 @@
+//! Faces that a chain of collapses has turned over.
+//!
+//! A collapse turns no face far, but a chain of collapses can turn a face over. Refinement finds such faces by distances
+//! from the whole input. Without refinement this would take longer than the collapses. A face that is turned over has an
+//! edge at which the surface folds back, and the faces of the input that were merged around its corners have the opposite
+//! normal on average. Both are found in one pass, and only the part of the input around such faces is searched.
+
+use glam::DVec3;
+use mesh_collapse::Level;
+use mesh_core::{FaceId, TriMesh, VertexId};
+use mesh_metric::Surface;
+
+/// The part of the input around the folds of a level, and the faces of the level that it is near to; `None` if no face
+/// is turned over.
+pub(crate) fn original_at_folds(input: &TriMesh, level: &Level) -> Option<(Surface, Vec<FaceId>)> {
+    let folded = faces_at_folds(&level.mesh);
+    let topology = level.mesh.topology();
+    // Twice the area vector of the input around each face at a fold.
+    let mut around = topology.face_map(None);
+    let mut is_near = topology.vertex_map(false);
+    for &face in &folded {
+        around[face] = Some(DVec3::ZERO);
+        for v in topology.face_vertices(face) {
+            is_near[v] = true;
+            topology.one_ring(v).for_each(|w| is_near[w] = true);
+        }
+    }
+    if folded.is_empty() {
+        return None;
+    }
+    let image = |v: VertexId| level.vertex_map.get(v).copied().flatten();
+    let mut triangles = Vec::new();
+    for face in input.topology().faces() {
+        let vertices = input.topology().face_vertices(face);
+        let images = vertices.map(image);
+        let mut near = images.into_iter().flatten().filter(|&v| is_near[v]).peekable();
+        if near.peek().is_none() {
+            continue;
+        }
+        triangles.push(vertices.map(VertexId::get));
+        let normal = input.face_cross(face);
+        for other in near.flat_map(|v| topology.faces_of_vertex(v)) {
+            around[other] = around[other].map(|sum: DVec3| sum + normal);
+        }
+    }
+    let is_turned =
+        |&face: &FaceId| around[face].is_some_and(|sum| sum.dot(level.mesh.face_cross(face)) < 0.0);
+    if !folded.iter().any(is_turned) {
+        return None;
+    }
+    let original = Surface::from_triangles(input.positions(), &triangles).ok()?;
+    let is_covered = |&face: &FaceId| topology.face_vertices(face).into_iter().all(|v| is_near[v]);
+    Some((original, topology.faces().filter(is_covered).collect()))
+}
+
+/// The faces with a normal opposite to the normal of a neighbour.
+fn faces_at_folds(mesh: &TriMesh) -> Vec<FaceId> {
+    let topology = mesh.topology();
+    let is_at_fold = |&face: &FaceId| {
+        let cross = mesh.face_cross(face);
+        let neighbours = topology.face_half_edges(face).map(|h| topology.face(h.twin()));
+        neighbours.into_iter().flatten().any(|other| mesh.face_cross(other).dot(cross) < 0.0)
+    };
+    topology.faces().filter(is_at_fold).collect()
+}
