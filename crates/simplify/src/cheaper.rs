@@ -18,8 +18,9 @@ use crate::preset::Preset;
 use crate::run::run_plan;
 use crate::simplified::Simplified;
 
-/// Careful presets, each with the next cheaper one.
-const CHEAPER: [(Preset, Preset); 3] = [
+/// Presets, each with the next cheaper one.
+const CHEAPER: [(Preset, Preset); 4] = [
+    (Preset::Fast, Preset::Draft),
     (Preset::Default, Preset::Fast),
     (Preset::Quality, Preset::Default),
     (Preset::Extreme, Preset::Quality),
@@ -60,7 +61,8 @@ pub(crate) fn closest(
     let most = found.mesh.topology().face_count().max(options.target.face_target(faces));
     if has_faces(&other) && other.mesh.topology().face_count() <= most {
         let original = Surface::new(mesh)?;
-        let points = if preset == Preset::Fast { FEW_POINTS } else { MANY_POINTS };
+        let points =
+            if matches!(preset, Preset::Draft | Preset::Fast) { FEW_POINTS } else { MANY_POINTS };
         let mean = |of: &Simplified| mean_distance(&original, &of.mesh, points);
         let [own, others] = [mean(&found)?, mean(&other)?];
         if own > MORE * others {
@@ -89,8 +91,8 @@ fn cheaper(options: &Options, faces: usize) -> Option<(Preset, Options)> {
     };
     let (careful, cheap) = CHEAPER.into_iter().find(|&(careful, _)| is_method_of(careful))?;
     let left = options.target.face_target(faces);
-    let is_worth_it =
-        faces <= SMALL || (careful != Preset::Default && faces <= MOST_FACES && left <= MOST_LEFT);
+    let is_slow = matches!(careful, Preset::Quality | Preset::Extreme);
+    let is_worth_it = faces <= SMALL || (is_slow && faces <= MOST_FACES && left <= MOST_LEFT);
     is_worth_it.then(|| (cheap, with_method_of(cheap)))
 }
 
@@ -112,7 +114,9 @@ mod tests {
         assert_eq!(tried(Preset::Quality, MOST_FACES, MOST_LEFT + 1), None);
         assert_eq!(tried(Preset::Extreme, MOST_FACES + 1, MOST_LEFT), None);
         assert_eq!(tried(Preset::Extreme, SMALL, 2_000), Some(Preset::Quality));
-        assert_eq!(tried(Preset::Fast, 100, 50), None);
+        assert_eq!(tried(Preset::Fast, SMALL, 50), Some(Preset::Draft));
+        assert_eq!(tried(Preset::Fast, SMALL + 1, 50), None);
+        assert_eq!(tried(Preset::Draft, 100, 50), None);
     }
 
     #[test]
