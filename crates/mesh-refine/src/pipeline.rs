@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mesh_core::{FaceId, TriMesh, VertexId, VertexMap};
+use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal_observed};
@@ -15,7 +15,7 @@ use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observe
 use crate::mean_distance::mean_distance;
 use crate::observer::Observer;
 use crate::texture_folds::{Texture, TextureCheck, fit_unfolded};
-use crate::unfold::{UnfoldOptions, UnfoldReport, unfold_part};
+use crate::unfold::{UnfoldOptions, UnfoldReport, unfold};
 use mesh_collapse::{Boundary, FaceLimits, Level, Protect, Protected};
 
 /// A level and the refinement that it has had.
@@ -110,8 +110,6 @@ pub struct Pipeline<'a> {
     importance: Option<Arc<[f64]>>,
     steps: Steps,
     texture: Option<Texture<'a>>,
-    /// The faces that the original is near to, if it is a part only.
-    near: Option<Vec<FaceId>>,
 }
 
 impl<'a> Pipeline<'a> {
@@ -133,18 +131,7 @@ impl<'a> Pipeline<'a> {
         let curves = [boundary, features].map(|curve| curve.map(Arc::new));
         let limits = protect.limits;
         let importance = protect.importance.as_ref().and_then(|map| importance_of(original, map));
-        Self { original, curves, limits, importance, steps, texture, near: None }
-    }
-
-    /// For levels that are not refined: the original is the part of it around the folds of a level, and `near` are the
-    /// faces that it is near to. Only faces that are turned over are turned back.
-    #[must_use]
-    pub fn at_folds(self, near: Vec<FaceId>) -> Self {
-        Self {
-            near: Some(near),
-            steps: Steps { unfold: self.steps.unfold, ..Steps::default() },
-            ..self
-        }
+        Self { original, curves, limits, importance, steps, texture }
     }
 
     /// A level without refinement, and the vertex of the level for each vertex of the original.
@@ -245,12 +232,10 @@ impl<'a> Pipeline<'a> {
         texture: Option<&TextureCheck<'_>>,
     ) -> UnfoldReport {
         let Some(check) = texture else {
-            let (mesh, constraints) = (&mut done.mesh, &done.constraints);
-            return unfold_part(mesh, self.original, self.near.as_deref(), constraints, options);
+            return unfold(&mut done.mesh, self.original, &done.constraints, options);
         };
         let mut next = done.mesh.clone();
-        let near = self.near.as_deref();
-        let report = unfold_part(&mut next, self.original, near, &done.constraints, options);
+        let report = unfold(&mut next, self.original, &done.constraints, options);
         let folds = |mesh: &TriMesh| check.folded_after(mesh, done.vertex_map.as_ref());
         if report.turned_after < report.turned_before && folds(&next) <= folds(&done.mesh) {
             done.mesh = next;

@@ -5,14 +5,13 @@
 //! one of its vertices: to the original, or towards the middle of the neighbours. Where no single change helps, two are
 //! made: any change around the face, then one that turns it back. The changes that leave the fewest faces turned over
 //! are made; among equal ones, those that stay closest to the original. No change takes a point farther from the
-//! original than the farthest point of the mesh was before.
+//! original than the farthest point near the folds was before, or up to four times as far where nothing else helps.
 
 use glam::DVec3;
 use mesh_collapse::NewIntersections;
 use mesh_core::{EdgeId, FaceId, HalfEdgeId, TriMesh, VertexId, parallel};
 use mesh_metric::Surface;
 
-use crate::block_loop::values_in_turn;
 use crate::face_quality::keeps_height;
 use crate::fit::constraints::FitConstraints;
 use crate::fit::flips::flip_crosses;
@@ -44,11 +43,6 @@ const PASSES: usize = 4;
 /// The cosine between the normals of a face and of the original below which the face is turned over.
 const TURNED: f64 = -0.1;
 
-/// The number of faces that are measured together.
-const FACES: usize = 32;
-/// One in this many faces is measured first.
-const ONE_OF: usize = 16;
-
 /// Distances below this share of the diagonal of the original are rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -62,24 +56,11 @@ pub fn unfold(
     constraints: &FitConstraints,
     options: &UnfoldOptions,
 ) -> UnfoldReport {
-    unfold_part(mesh, original, None, constraints, options)
-}
-
-/// As [`unfold`]; `original` is the part of the original around all folds, and `near` are the faces that it is near to.
-pub(crate) fn unfold_part(
-    mesh: &mut TriMesh,
-    original: &Surface,
-    near: Option<&[FaceId]>,
-    constraints: &FitConstraints,
-    options: &UnfoldOptions,
-) -> UnfoldReport {
-    if turned_faces(mesh, original, 0.0).is_empty() {
+    let suspects = turned_faces(mesh, original, 0.0);
+    if suspects.is_empty() {
         return UnfoldReport::default();
     }
-    let farthest = match near {
-        Some(near) => farthest_point(mesh, original, near),
-        None => farthest_point(mesh, original, &mesh.topology().faces().collect::<Vec<_>>()),
-    };
+    let farthest = farthest_near(mesh, original, &suspects);
     let mut turned = turned_faces(mesh, original, farthest);
     let turned_before = turned.len();
     let found = options.forbid_intersections.then(|| NewIntersections::new(mesh));
@@ -134,22 +115,19 @@ fn points([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
     [a + ((b - a) + (c - a)) / 3.0, near(a, b, c), near(b, c, a), near(c, a, b)]
 }
 
-/// The largest distance of points of the faces from the original, if it is more than rounding.
-fn farthest_point(mesh: &TriMesh, original: &Surface, faces: &[FaceId]) -> f64 {
-    let points_of = |face: &FaceId| points(mesh.triangle(*face));
-    let measured = |points: &[DVec3]| {
-        let closest = original.closest_to_neighbours(points);
-        let distances = points.iter().zip(closest).map(|(p, closest)| p.distance(closest.point));
-        distances.fold(0.0, f64::max)
-    };
-    // Most faces are not the farthest, and whether a face is nearer than some others takes less time than its distance.
-    let some: Vec<DVec3> = faces.iter().step_by(ONE_OF).flat_map(points_of).collect();
-    let far = measured(&some).max(ROUNDING * original.bounding_box().diagonal());
-    let farther = values_in_turn(faces.len(), FACES, |range| {
-        let points: Vec<DVec3> = faces[range].iter().flat_map(points_of).collect();
-        if original.are_within(&points, far) { Vec::new() } else { vec![measured(&points)] }
-    });
-    farther.into_iter().fold(far, f64::max)
+/// The largest distance of points of the faces in the two-rings of some faces from the original, if it is more than
+/// rounding.
+fn farthest_near(mesh: &TriMesh, original: &Surface, faces: &[FaceId]) -> f64 {
+    let topology = mesh.topology();
+    let mut near: Vec<FaceId> = faces.to_vec();
+    for _ in 0..2 {
+        let vertices = near.iter().flat_map(|&face| topology.face_vertices(face));
+        near = vertices.flat_map(|v| topology.faces_of_vertex(v)).collect();
+        near.sort_unstable();
+        near.dedup();
+    }
+    let triangles: Vec<[DVec3; 3]> = near.iter().map(|&face| mesh.triangle(face)).collect();
+    farthest_of(original, &triangles).max(ROUNDING * original.bounding_box().diagonal())
 }
 
 /// The largest distance of points of some faces from the original.
@@ -176,14 +154,14 @@ struct Repair<'a> {
     /// The freedom of each vertex, by index.
     freedoms: Vec<Freedom>,
     found: Option<NewIntersections>,
-    /// The largest distance of a point of the mesh from the original.
+    /// The largest distance of a point near the folds from the original.
     farthest: f64,
     /// The largest distance at which a changed face may be.
     limit: f64,
 }
 
-/// The factor on the largest distance that is allowed where faces cannot be turned back within it.
-const FARTHER: f64 = 2.0;
+/// The factors on the largest distance near the folds that are allowed, one after another.
+const FARTHER: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// The number of faces that the first of two changes may turn over, before the second one turns faces back.
 const MORE_BETWEEN: isize = 1;
@@ -199,7 +177,7 @@ impl Repair<'_> {
         if !is_turned(self.original, self.mesh.triangle(face), self.farthest) {
             return;
         }
-        for factor in [1.0, FARTHER] {
+        for factor in FARTHER {
             self.limit = factor * self.farthest;
             if let Some((_, change)) = self.change_of(face, -1) {
                 self.make(change);

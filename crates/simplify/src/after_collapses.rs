@@ -49,10 +49,10 @@ impl AfterCollapses<'_> {
             if has_faces && (is_refined || options.tolerance.check.is_some()) {
                 let steps = if is_changed { self.steps() } else { Steps::default() };
                 self.refined(level, &mut run, steps, &mut error, &mut observer)?
-            } else if may_fold && let Some((original, near)) = original_at_folds(mesh, &level) {
+            } else if may_fold && let Some(original) = original_at_folds(mesh, &level) {
                 let (protect, steps) = (&options.protect, self.steps());
                 let pipeline = Pipeline::new(mesh, &original, protect, steps, self.texture());
-                pipeline.at_folds(near).finish(level, &mut observer)?
+                pipeline.finish(level, &mut observer)?
             } else {
                 untouched(level)
             };

@@ -10,20 +10,28 @@ use mesh_collapse::Level;
 use mesh_core::{FaceId, TriMesh, VertexId};
 use mesh_metric::Surface;
 
-/// The part of the input around the folds of a level, and the faces of the level that it is near to; `None` if no face
-/// is turned over.
-pub(crate) fn original_at_folds(input: &TriMesh, level: &Level) -> Option<(Surface, Vec<FaceId>)> {
+/// The rings around the corners of faces at folds that are near.
+const RINGS: usize = 3;
+
+/// The part of the input around the folds of a level; `None` if no face is turned over.
+pub(crate) fn original_at_folds(input: &TriMesh, level: &Level) -> Option<Surface> {
     let folded = faces_at_folds(&level.mesh);
     let topology = level.mesh.topology();
     // Twice the area vector of the input around each face at a fold.
     let mut around = topology.face_map(None);
     let mut is_near = topology.vertex_map(false);
+    let mut near: Vec<VertexId> = Vec::new();
     for &face in &folded {
         around[face] = Some(DVec3::ZERO);
-        for v in topology.face_vertices(face) {
-            is_near[v] = true;
-            topology.one_ring(v).for_each(|w| is_near[w] = true);
-        }
+        near.extend(topology.face_vertices(face));
+    }
+    // `unfold` looks at the two-rings of the faces.
+    for _ in 0..=RINGS {
+        near.iter().for_each(|&v| is_near[v] = true);
+        let ring = near.iter().flat_map(|&v| topology.one_ring(v));
+        near = ring.filter(|&w| !is_near[w]).collect();
+        near.sort_unstable();
+        near.dedup();
     }
     if folded.is_empty() {
         return None;
@@ -45,12 +53,11 @@ pub(crate) fn original_at_folds(input: &TriMesh, level: &Level) -> Option<(Surfa
     }
     let is_turned =
         |&face: &FaceId| around[face].is_some_and(|sum| sum.dot(level.mesh.face_cross(face)) < 0.0);
-    if !folded.iter().any(is_turned) {
-        return None;
-    }
-    let original = Surface::from_triangles(input.positions(), &triangles).ok()?;
-    let is_covered = |&face: &FaceId| topology.face_vertices(face).into_iter().all(|v| is_near[v]);
-    Some((original, topology.faces().filter(is_covered).collect()))
+    folded
+        .iter()
+        .any(is_turned)
+        .then(|| Surface::from_triangles(input.positions(), &triangles).ok())
+        .flatten()
 }
 
 /// The faces with a normal opposite to the normal of a neighbour.
