@@ -23,7 +23,7 @@ pub(crate) struct PresetStudy {
     /// The folder with the meshes; without it, only generated parts
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
     models: Option<PathBuf>,
-    /// Which meshes, by file name; those of the jobs `usual` of benches/jobs.toml by default
+    /// Which meshes, by file name; by default the meshes of the jobs `usual` of benches/jobs.toml
     #[arg(long, value_name = "FILE", value_delimiter = ',')]
     meshes: Vec<String>,
     /// Number of generated parts; kinds repeat with other sizes
@@ -75,7 +75,7 @@ const PARTS: [&str; 16] = [
 
 /// The largest factor of a mean beside that of the cheaper preset.
 const MARGIN: f64 = 1.02;
-/// Means below this part of the diagonal are those of the rounding of coordinates.
+/// Means below this part of the diagonal come from the rounding of coordinates.
 const NOTHING: f64 = 1e-6;
 
 const HEADER: [&str; 7] = ["mesh", "faces", "ratio", "preset", "left", "mean", "max"];

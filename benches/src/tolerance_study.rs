@@ -21,13 +21,13 @@ pub(crate) struct ToleranceStudy {
     /// The folder with the meshes
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
     models: PathBuf,
-    /// Which meshes, by file name; those of the jobs `tolerance` of benches/jobs.toml by default
+    /// Which meshes, by file name; by default the meshes of the jobs `tolerance` of benches/jobs.toml
     #[arg(long, value_name = "FILE", value_delimiter = ',')]
     meshes: Vec<String>,
-    /// The largest errors, in percent of the diagonal of the bounding box; by default those of the jobs
+    /// The largest errors, in percent of the diagonal of the bounding box; by default the errors of the jobs
     #[arg(long, value_name = "PERCENT", value_delimiter = ',')]
     tolerances: Vec<f64>,
-    /// Which presets, by default those of the jobs; extreme, paper-l1 and paper-l2 take much longer
+    /// Which presets, by default the presets of the jobs; extreme, paper-l1 and paper-l2 take much longer
     #[arg(
         long, value_name = "PRESET", value_delimiter = ',',
         value_parser = |s: &str| s.parse::<Preset>(),

@@ -58,7 +58,7 @@ fn the_page_sorts_filters_and_agrees_with_the_tables() {
     assert_eq!(browser.number("document.querySelectorAll('#cells a').length"), 1.0);
     assert_eq!(browser.text("document.querySelector('#cells a').getAttribute('href')"), view);
 
-    // The ratios of the summary are those of the table, which other code computes.
+    // The summary and the table, which other code computes, have the same ratios.
     let base = "fast-simplification";
     browser.set("base", base);
     let tables = ratios(folder.path(), base);

@@ -80,11 +80,8 @@ fn facts(rows: &[Record]) -> String {
     if load > 0.0 {
         text += &format!(" Load before a run: up to {load:.1}.");
     }
-    text += if is_cpu {
-        " Times are those of the core that worked."
-    } else {
-        " Times are those of the clock."
-    };
+    text +=
+        if is_cpu { " Times are CPU times of one core." } else { " Times are wall-clock times." };
     text
 }
 

@@ -106,7 +106,7 @@ impl Record {
         }
     }
 
-    /// Whether errors and time compare with those of other tools.
+    /// Whether errors and time can be compared with other tools.
     pub(super) fn is_comparable(&self) -> bool {
         self.is_within(|wanted| LEEWAY * wanted + 2.0)
     }

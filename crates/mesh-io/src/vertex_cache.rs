@@ -31,7 +31,7 @@ pub(crate) fn cache_order(triangles: &[[u32; 3]], vertices: usize) -> Vec<[u32; 
 
 /// The triangles that are left, by vertex.
 struct Left {
-    /// The corners of each vertex, those of triangles that are left first.
+    /// The corners of each vertex; corners of triangles that are left come first.
     corners: Vec<u32>,
     /// For each corner, its place among `corners`.
     places: Vec<u32>,

@@ -35,7 +35,7 @@ pub enum PatchWorkError {
 }
 
 /// A mesh for patches: scaled by a power of two if it is larger than 1e12 or smaller than 1e-12. Lengths and covers are
-/// converted between its size and that of the original, so patches of a mesh of any size are those of a mesh of size 1,
+/// converted between its size and the size of the original. So a mesh of any size has the patches of a mesh of size 1,
 /// scaled.
 #[derive(Clone, Debug)]
 pub struct PatchMesh<'a> {

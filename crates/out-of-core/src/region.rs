@@ -278,7 +278,7 @@ impl Region {
             return damaged("its vertices are out of order");
         }
         if self.other_cells.contains(&self.cell) {
-            return damaged("a vertex of its own cell is among those of other cells");
+            return damaged("a vertex of its own cell is listed for another cell");
         }
         if !self.positions.iter().all(|p| p.is_finite()) {
             return damaged("a coordinate is not finite");

@@ -38,9 +38,9 @@ const MORE: f64 = 1.01;
 const FEW_POINTS: usize = 8_000;
 const MANY_POINTS: usize = 40_000;
 
-/// Simplifies a mesh by the options, and also by those of the cheaper presets where that takes little time. The result
-/// of a cheaper one stays if its mean distance is smaller by more than a percent. After a stop by the observer it is
-/// that of the options themselves.
+/// Simplifies a mesh by the options, and also by the cheaper presets where that takes little time. The result of a
+/// cheaper preset stays if its mean distance is smaller by more than a percent. A run that the observer stops returns
+/// the result of the options themselves.
 pub(crate) fn closest(
     mesh: &TriMesh,
     options: &Options,
@@ -73,7 +73,7 @@ pub(crate) fn closest(
     Ok(found)
 }
 
-/// The options with the method of the next cheaper preset, if they are those of a preset and the mesh is small enough.
+/// The options with the method of the next cheaper preset, if they belong to a preset and the mesh is small enough.
 /// Targets, protection and attributes are the same.
 fn cheaper(options: &Options, faces: usize) -> Option<(Preset, Options)> {
     if !options.counts_mean() || options.target.time.is_some() {

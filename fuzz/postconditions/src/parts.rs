@@ -57,7 +57,7 @@ impl Parts {
         self.grid_with(cells, point, |_, _| false);
     }
 
-    /// A grid whose diagonals are those of the other corners where `turns`.
+    /// A grid whose diagonals join the other two corners where `turns`.
     pub(crate) fn grid_with(
         &mut self,
         [columns, rows]: [usize; 2],

@@ -31,7 +31,7 @@ pub struct Series {
     pub name: String,
     /// The points, joined in this order.
     pub points: Vec<[f64; 2]>,
-    /// For curves for comparison, such as those of other tools.
+    /// For curves for comparison, such as curves of other tools.
     pub dashed: bool,
 }
 

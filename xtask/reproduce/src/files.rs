@@ -1,4 +1,4 @@
-//! The results as files for programs: all of them, and those of every item, as JSON and CSV.
+//! The results as files for programs: all results together, and the results of every item, as JSON and CSV.
 
 use std::fs::File;
 use std::path::Path;

@@ -298,7 +298,7 @@ fn curves(patch: &curvpatch::Patch) -> Vec<Lines> {
     let center = patch.point(0.0, 0.0);
     let [l1, l2] = patch.arcs();
     let axis = |i: usize| [center, center + 0.5 * l1.min(l2) * patch.frame()[i]];
-    // Hidden at first: those of all patches together hide the mesh.
+    // Hidden at first: the lines of all patches together hide the mesh.
     let lines = |name, color, points: &[DVec3]| Lines {
         shown: false,
         ..Lines::through(name, color, points)

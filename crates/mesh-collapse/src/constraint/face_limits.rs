@@ -120,8 +120,8 @@ impl FaceLimits {
             })
     }
 
-    /// Whether all edges, faces and valences of a mesh beyond a limit are those of an earlier mesh. An earlier vertex
-    /// is one at the same place.
+    /// Whether an earlier mesh has all edges, faces and valences of a mesh that are beyond a limit. Vertices are the
+    /// same if they are at the same place.
     #[must_use]
     pub fn allow_change(&self, before: &TriMesh, after: &TriMesh) -> bool {
         let edges = |mesh: &TriMesh| {

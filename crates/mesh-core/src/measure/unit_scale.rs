@@ -88,7 +88,7 @@ impl UnitScale {
         }
     }
 
-    /// The scaled mesh; its handles are those of the original.
+    /// The scaled mesh, with the handles of the original.
     ///
     /// # Errors
     /// A coordinate has no exact scaled value.

@@ -193,7 +193,7 @@ impl<'m> Level<'m> {
             return;
         }
         if missing {
-            let why = "those of the faces stand in for them";
+            let why = "the normals of the faces stand in for them";
             self.lost.push(Lost::new("normals without length", why));
             self.substitutes = Some(face_normals(model));
         }

@@ -1,7 +1,7 @@
 //! The codec of the glTF extensions `EXT_meshopt_compression` and `KHR_meshopt_compression`, without glTF.
 //!
 //! Streams come from files, so every decoder checks each byte that it reads, and never reads or writes outside its
-//! data. The formats are those of the text of the extensions:
+//! data. The text of the extensions defines the formats:
 //! <https://github.com/KhronosGroup/glTF/tree/main/extensions/2.0/Khronos/KHR_meshopt_compression>
 
 pub(crate) mod attributes;

@@ -9,7 +9,7 @@ use xtask_common::Failure;
 
 /// How many orders are tried, from the seeds 0, 1, ...
 const ORDERS: u64 = 40;
-/// Norms that differ less are those of the same triangulation.
+/// Norms that differ less belong to the same triangulation.
 const SAME: f64 = 1e-9;
 
 /// The share of orders that give the row of the table, for each cost.

@@ -1,4 +1,4 @@
-//! Sec. 4: many tori, with other radii and numbers of points than those of Table 1.
+//! Sec. 4: many tori, with other radii and numbers of points than in Table 1.
 
 use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, lattice_error};

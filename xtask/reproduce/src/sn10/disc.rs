@@ -50,7 +50,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     literal_diameters(item, &mesh)
 }
 
-/// How far the curvatures and directions of a face are from those of the ellipsoid.
+/// The differences between curvatures and directions of a face and of the ellipsoid.
 fn add_errors(item: &mut Item, preset: &str, disc: &DiscCurvature) {
     let exact = ELLIPSOID.principal_curvatures(disc.center);
     let [k1, k2] = disc.curvatures;

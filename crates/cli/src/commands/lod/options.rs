@@ -144,7 +144,7 @@ impl Lod {
                 "max_valence",
                 "keep_seams",
             ];
-            given.refuse(&of_runs, "with --replay the collapses are those of the record")?;
+            given.refuse(&of_runs, "with --replay the collapses come from the record")?;
         }
         Ok(())
     }

@@ -53,7 +53,7 @@ impl LogEntry {
 /// The error of a log that was made with another mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the collapses are those of another mesh, as number {collapse} of them tells; give the one that they were made on"
+    "the collapses belong to another mesh: number {collapse} does not fit; give the mesh that they were made on"
 )]
 pub struct ReplayError {
     /// The first collapse that does not fit the mesh, counted from 0.
