@@ -18,7 +18,7 @@ const FOLDED: [(&str, u64); 11] = [
     ("simplify --preset default --ratio 0.5", 1003),
     ("simplify --preset thin-features --ratio 0.5", 1026),
     ("simplify --ratio 0.2 --lock-boundary", 1004),
-    ("simplify --ratio 0.1 --preset quality --norm max", 1021),
+    ("simplify --ratio 0.1 --no-attributes --preset quality", 1055),
     ("simplify --ratio 0.1 --preset quality --norm max", 1005),
     ("simplify --preset fast --ratio 0.3", 1005),
     ("simplify --ratio 0.2 --preset fast --placement optimal", 1005),
