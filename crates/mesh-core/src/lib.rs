@@ -51,6 +51,8 @@ pub use measure::face_tree::FaceTree;
 #[doc(inline)]
 pub use measure::normals::angle_between;
 #[doc(inline)]
+pub use measure::slab::Slab;
+#[doc(inline)]
 pub use measure::triangle_bounds::TriangleBounds;
 #[doc(inline)]
 pub use measure::unit_scale::{ScaleError, UnitScale};

@@ -122,3 +122,37 @@ fn few_faces_of_a_cone_are_compared_with_each_other() {
         assert!(large < 2 * small, "{turn}: {small} {large}");
     }
 }
+
+/// A star of spikes of random lengths. Sorted by place, spikes of very different directions would be neighbours.
+#[test]
+fn few_faces_of_a_star_are_compared_with_each_other() {
+    let asked = |spikes: u32| {
+        let mut random = SplitMix64::new(3);
+        let at = |radius: f64, i: f64| {
+            let angle = TAU * i / f64::from(spikes);
+            DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.1 * radius)
+        };
+        let mut points: Vec<DVec3> = (0..spikes).map(|i| at(0.3, f64::from(i))).collect();
+        points.extend((0..spikes).map(|i| at(0.3 + 0.7 * random.uniform(), f64::from(i) + 0.5)));
+        points.push(DVec3::ZERO);
+        let faces = |i: u32| {
+            let next = (i + 1) % spikes;
+            [[i, spikes + i, next], [2 * spikes, i, next]]
+        };
+        let triangles: Vec<[u32; 3]> = (0..spikes).flat_map(faces).collect();
+        let mesh = TriMesh::from_triangles(&points, &triangles).unwrap();
+        let tree = FaceTree::new(&mesh);
+        let mut asked = 0;
+        for face in mesh.topology().faces().step_by(2 * spikes as usize / 101) {
+            let triangle = (mesh.topology().face_vertices(face), mesh.triangle(face));
+            tree.find_crossing(&mesh, &TriangleBounds::new(triangle), |_| {
+                asked += 1;
+                false
+            });
+        }
+        asked
+    };
+    let [small, large] = [2000, 16_000].map(asked);
+    // Eight times as many if each face is compared with a fixed share of all.
+    assert!(large < 2 * small, "{small} {large}");
+}

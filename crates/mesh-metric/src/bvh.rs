@@ -16,7 +16,7 @@ use crate::bvh_storage::BvhStorage;
 use crate::distance_bounds::lower_bound;
 use crate::early_split::{Section, bounds_of, split_long_triangles};
 use crate::simd_distance::{closest_on_triangles, squared_gaps};
-use crate::slab::{Slab, Slabs};
+use crate::slab::{Slabs, slab_of};
 
 /// Parts with fewer triangles are ordered by one thread.
 const SEQUENTIAL: usize = 4096;
@@ -361,7 +361,7 @@ fn enclose(
     };
     let slab = |leaf: usize| {
         let slot = |lane: usize| (leaf * LANES + lane).min(original.len() - 1);
-        Slab::new(core::array::from_fn::<_, LANES, _>(|lane| triangle(slot(lane))))
+        slab_of(core::array::from_fn::<_, LANES, _>(|lane| triangle(slot(lane))))
     };
     let leaves = original.len().div_ceil(LANES);
     let slabs = parallel::collect(leaves.div_ceil(LANES), |node| {

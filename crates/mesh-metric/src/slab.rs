@@ -6,36 +6,14 @@
 use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 use glam::DVec3;
+use mesh_core::Slab;
 use mesh_core::simd::{Columns, LANES, Vec3x8};
 
-/// The region between two parallel planes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Slab {
-    normal: DVec3,
-    low: f64,
-    high: f64,
-}
-
-/// Bound of the rounding error of a dot product with a unit vector, relative to the sum of coordinates.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
-
-impl Slab {
-    /// A slab that contains all triangles, along the longest side of the first one.
-    pub(crate) fn new<const N: usize>(triangles: [[DVec3; 3]; N]) -> Self {
-        let [a, b, c] = triangles.first().copied().unwrap_or_default();
-        let longer =
-            |p: DVec3, q: DVec3| if q.length_squared() > p.length_squared() { q } else { p };
-        let side = longer(longer(b - a, c - b), a - c);
-        // Zero without such a direction; then the slab is all of space.
-        let normal = (b - a).cross(c - a).normalize_or_zero().cross(side).normalize_or_zero();
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for corner in triangles.into_iter().flatten() {
-            let (height, rounding) = (normal.dot(corner), rounding(corner));
-            low = low.min(height - rounding);
-            high = high.max(height + rounding);
-        }
-        Self { normal, low, high }
-    }
+/// A slab that contains all triangles, along the longest side of the first one.
+pub(crate) fn slab_of<const N: usize>(triangles: [[DVec3; 3]; N]) -> Slab {
+    let first = triangles.first().copied().unwrap_or_default();
+    // Zero without such a direction; then the slab is all of space.
+    Slab::around(Slab::across(first), triangles.into_iter().flatten())
 }
 
 /// Eight slabs side by side.
@@ -66,14 +44,10 @@ impl Slabs {
         let heights = Vec3x8::load(simd, &self.normals).dot(point);
         let low: f64x8<S> = self.low.simd_into(simd);
         let high: f64x8<S> = self.high.simd_into(simd);
-        let rounding = (point.x.abs() + point.y.abs() + point.z.abs()) * ROUNDING;
+        let rounding = (point.x.abs() + point.y.abs() + point.z.abs()) * Slab::ROUNDING;
         let gaps = (low - heights).max(heights - high) - rounding;
         gaps.simd_gt(0.0).select(gaps * gaps, f64x8::splat(simd, 0.0))
     }
-}
-
-fn rounding(point: DVec3) -> f64 {
-    ROUNDING * point.abs().element_sum()
 }
 
 #[cfg(test)]
@@ -105,7 +79,7 @@ mod tests {
             let (from, tip, base) = (point(), point(), point());
             let width = [1e-3, 1.0, 0.0][round % 3];
             let triangles = [(); 4].map(|()| [tip, base + width * point(), base + width * point()]);
-            let gap = gap(Slab::new(triangles), from);
+            let gap = gap(slab_of(triangles), from);
             let distance = |t: &[DVec3; 3]| closest_on_triangle(from, t).length();
             let nearest = triangles.iter().map(distance).fold(f64::INFINITY, f64::min);
             assert!(gap <= nearest, "{round}: {gap} {nearest}");
@@ -117,7 +91,7 @@ mod tests {
     #[test]
     fn needles_next_to_each_other_are_in_thin_slabs() {
         let rim = |i: f64| DVec3::new((1e-4 * i).cos(), (1e-4 * i).sin(), 0.0);
-        let slab = Slab::new([0.0, 1.0, 2.0, 3.0].map(|i| [DVec3::Z, rim(i), rim(i + 1.0)]));
+        let slab = slab_of([0.0, 1.0, 2.0, 3.0].map(|i| [DVec3::Z, rim(i), rim(i + 1.0)]));
         // The point is in the box around the needles, and far from them compared with their width.
         let beside = 0.5 * (DVec3::Z + rim(100.0));
         assert!(gap(slab, beside) > 0.004, "{}", gap(slab, beside));

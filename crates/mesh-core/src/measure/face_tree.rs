@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use crate::index::as_u32;
 use crate::measure::BoundingBox;
-use crate::measure::fan::Fan;
+use crate::measure::fan::{Fan, tip};
+use crate::measure::slab::Slab;
 use crate::measure::triangle_bounds::TriangleBounds;
 use crate::mesh::TriMesh;
 use crate::topology::handle::FaceId;
@@ -19,6 +20,9 @@ use crate::topology::handle::FaceId;
 pub struct FaceTree {
     /// The root first; the children of node i are 2i + 1 and 2i + 2.
     nodes: Vec<Node>,
+    /// For each node, a slab around its faces that is thinner than its box, or all of space. Empty if no face is long
+    /// and thin.
+    slabs: Vec<Slab>,
     /// The faces, leaf after leaf.
     faces: Vec<FaceId>,
     /// The leaf of each face, by face index; [`NONE`] for faces that are not in the tree.
@@ -80,9 +84,11 @@ impl FaceTree {
         let topology = mesh.topology();
         let mut faces: Vec<FaceId> = topology.faces().collect();
         let leaves = faces.len().div_ceil(FACES_PER_LEAF).next_power_of_two();
-        arrange(mesh, &mut faces, leaves);
+        let mut arrangement = Arrangement::new(mesh, &faces, 2 * leaves - 1);
+        arrangement.arrange(&mut faces, leaves, 0);
         let mut tree = Self {
             nodes: vec![Node::EMPTY; 2 * leaves - 1],
+            slabs: arrangement.slabs,
             leaf_of_face: vec![NONE; topology.face_capacity()],
             added_to_leaf: Vec::new(),
             added_before: Vec::new(),
@@ -141,6 +147,9 @@ impl FaceTree {
             };
             let mut node = self.leaves - 1 + leaf;
             self.nodes[node] = self.leaf_node(mesh, leaf);
+            if mesh.topology().contains_face(face) {
+                self.widen_slabs(node, mesh.triangle(face));
+            }
             while node > 0 {
                 node = (node - 1) / 2;
                 let both = self.nodes[2 * node + 1].join(self.nodes[2 * node + 2]);
@@ -149,6 +158,17 @@ impl FaceTree {
                 }
                 self.nodes[node] = both;
             }
+        }
+    }
+
+    /// Extends the slabs of a leaf and of the nodes above to a triangle. Slabs never become thinner.
+    fn widen_slabs(&mut self, leaf: usize, triangle: [DVec3; 3]) {
+        if self.slabs.is_empty() {
+            return;
+        }
+        let parent = |&node: &usize| node.checked_sub(1).map(|below| below / 2);
+        for node in core::iter::successors(Some(leaf), parent) {
+            self.slabs[node].extend(triangle);
         }
     }
 
@@ -184,7 +204,7 @@ impl FaceTree {
         bounds: BoundingBox,
         has: impl FnMut(FaceId) -> bool,
     ) -> Option<FaceId> {
-        self.search(mesh, |node| node.bounds.meets(bounds), has)
+        self.search(mesh, |node| self.nodes[node].bounds.meets(bounds), has)
     }
 
     /// The first face that satisfies `has`, among a superset of the faces that cross a triangle in the sense of
@@ -196,7 +216,12 @@ impl FaceTree {
         triangle: &TriangleBounds,
         has: impl FnMut(FaceId) -> bool,
     ) -> Option<FaceId> {
-        self.search(mesh, |node| node.may_cross(mesh, triangle), has)
+        let is_beside = |slab: &Slab| slab.is_beside(triangle.triangle.1);
+        let may_have = |node: usize| {
+            self.nodes[node].may_cross(mesh, triangle)
+                && !self.slabs.get(node).is_some_and(is_beside)
+        };
+        self.search(mesh, may_have, has)
     }
 
     /// The first face that satisfies `has`, among the faces of all leaves whose box and all boxes above satisfy
@@ -207,13 +232,13 @@ impl FaceTree {
         may_have: impl Fn(&BoundingBox) -> bool,
         has: impl FnMut(FaceId) -> bool,
     ) -> Option<FaceId> {
-        self.search(mesh, |node| may_have(&node.bounds), has)
+        self.search(mesh, |node| may_have(&self.nodes[node].bounds), has)
     }
 
     fn search(
         &self,
         mesh: &TriMesh,
-        may_have: impl Fn(&Node) -> bool,
+        may_have: impl Fn(usize) -> bool,
         mut has: impl FnMut(FaceId) -> bool,
     ) -> Option<FaceId> {
         // One open node per level at most, besides the current one.
@@ -222,7 +247,7 @@ impl FaceTree {
         while count > 0 {
             count -= 1;
             let node = open[count];
-            if !may_have(&self.nodes[node]) {
+            if !may_have(node) {
                 continue;
             }
             if node >= self.leaves - 1 {
@@ -241,22 +266,106 @@ impl FaceTree {
     }
 }
 
-/// Orders faces by recursive median splits along the longest extent.
-fn arrange(mesh: &TriMesh, faces: &mut [FaceId], leaves: usize) {
-    if leaves < 2 || faces.len() < 2 {
-        return;
+/// The order of the faces in a new tree, and the slabs of its nodes.
+struct Arrangement<'m> {
+    mesh: &'m TriMesh,
+    /// For each face, by index, the direction across it if it is long and thin and in no fan, or zero. Empty if all are
+    /// zero.
+    across: Vec<DVec3>,
+    slabs: Vec<Slab>,
+}
+
+impl<'m> Arrangement<'m> {
+    fn new(mesh: &'m TriMesh, faces: &[FaceId], nodes: usize) -> Self {
+        let mut across = Vec::new();
+        for &face in faces {
+            let triangle = mesh.triangle(face);
+            if is_slender(triangle) && !is_in_fan(mesh, face) {
+                across.resize(mesh.topology().face_capacity(), DVec3::ZERO);
+                across[face.index()] = Slab::across(triangle);
+            }
+        }
+        let slabs = if across.is_empty() { Vec::new() } else { vec![Slab::default(); nodes] };
+        Self { mesh, across, slabs }
     }
-    let center = |face: FaceId| mesh.triangle(face).into_iter().sum::<DVec3>();
-    let bounds = BoundingBox::of_points(faces.iter().map(|&f| center(f)));
-    let extent = bounds.map_or(DVec3::ZERO, |b| b.extent());
-    let axis = extent.max_position();
-    let middle = faces.len() / 2;
-    faces.select_nth_unstable_by(middle, |&f, &g| {
-        center(f)[axis].total_cmp(&center(g)[axis]).then(f.cmp(&g))
-    });
-    let (low, high) = faces.split_at_mut(middle);
-    arrange(mesh, low, leaves / 2);
-    arrange(mesh, high, leaves / 2);
+
+    /// Orders the faces below a node by recursive median splits: along the longest extent, or across a bundle of long
+    /// thin faces if that separates them better.
+    fn arrange(&mut self, faces: &mut [FaceId], leaves: usize, node: usize) {
+        let mesh = self.mesh;
+        let across = self.across_most(faces);
+        if let Some(normal) = across {
+            let corners = || faces.iter().flat_map(|&f| mesh.triangle(f));
+            let slab = Slab::around(normal, corners());
+            // The extent of the box along the normal.
+            let extent = BoundingBox::of_points(corners()).map_or(DVec3::ZERO, |b| b.extent());
+            if 2.0 * (slab.high - slab.low) < extent.dot(normal.abs()) {
+                self.slabs[node] = slab;
+            }
+        }
+        if leaves < 2 || faces.len() < 2 {
+            return;
+        }
+        let center = |face: FaceId| mesh.triangle(face).into_iter().sum::<DVec3>();
+        let bounds = BoundingBox::of_points(faces.iter().map(|&f| center(f)));
+        let extent = bounds.map_or(DVec3::ZERO, |b| b.extent());
+        let axis = DVec3::AXES[extent.max_position()];
+        let is_better =
+            |normal: &DVec3| separation(mesh, faces, *normal) > separation(mesh, faces, axis);
+        let direction = across.filter(is_better).unwrap_or(axis);
+        let middle = faces.len() / 2;
+        faces.select_nth_unstable_by(middle, |&f, &g| {
+            let [at_f, at_g] = [f, g].map(|face| center(face).dot(direction));
+            at_f.total_cmp(&at_g).then(f.cmp(&g))
+        });
+        let (low, high) = faces.split_at_mut(middle);
+        self.arrange(low, leaves / 2, 2 * node + 1);
+        self.arrange(high, leaves / 2, 2 * node + 2);
+    }
+
+    /// The mean direction across the faces, if most are long, thin and nearly parallel.
+    fn across_most(&self, faces: &[FaceId]) -> Option<DVec3> {
+        /// The mean of unit vectors of one direction has the length 1, of all directions in a plane 0.64.
+        const PARALLEL: f64 = 0.8;
+        let across = |face: &FaceId| self.across.get(face.index()).copied();
+        let slender = faces.iter().filter_map(across).filter(|&across| across != DVec3::ZERO);
+        let (mut sum, mut count) = (DVec3::ZERO, 0);
+        for across in slender {
+            sum += if sum.dot(across) < 0.0 { -across } else { across };
+            count += 1;
+        }
+        let are_parallel = sum.length() > PARALLEL * f64::from(as_u32(count));
+        (2 * count > faces.len() && are_parallel).then(|| sum.normalize())
+    }
+}
+
+/// Whether a triangle is at least four times as long as wide.
+fn is_slender([a, b, c]: [DVec3; 3]) -> bool {
+    const SLENDER: f64 = 4.0;
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    SLENDER * (b - a).cross(c - a).length() < longest
+}
+
+/// Whether a long thin face has its apex at a vertex of many faces. All slabs of these meet at that vertex; what bounds
+/// them is a [`Fan`].
+fn is_in_fan(mesh: &TriMesh, face: FaceId) -> bool {
+    const MANY: usize = 16;
+    let topology = mesh.topology();
+    tip(mesh.triangle(face)).is_some_and(|corner| {
+        topology.one_ring(topology.face_vertices(face)[corner]).nth(MANY).is_some()
+    })
+}
+
+/// How many times the mean extent of the faces along a unit vector fits into the extent of their centers.
+fn separation(mesh: &TriMesh, faces: &[FaceId], along: DVec3) -> f64 {
+    let (mut low, mut high, mut widths) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+    for &face in faces {
+        let [a, b, c] = mesh.triangle(face).map(|corner| corner.dot(along));
+        let center = (a + b + c) / 3.0;
+        (low, high) = (low.min(center), high.max(center));
+        widths += a.max(b).max(c) - a.min(b).min(c);
+    }
+    (high - low) * f64::from(as_u32(faces.len())) / widths
 }
 
 fn union(a: BoundingBox, b: BoundingBox) -> BoundingBox {

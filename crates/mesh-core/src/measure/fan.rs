@@ -61,7 +61,7 @@ impl Fan {
 }
 
 /// The apex of a long thin triangle: the corner opposite to a side that is much shorter than the others.
-fn tip([a, b, c]: [DVec3; 3]) -> Option<usize> {
+pub(crate) fn tip([a, b, c]: [DVec3; 3]) -> Option<usize> {
     const SLENDER: f64 = 16.0;
     let [at_a, at_b, at_c] = [(b, c), (c, a), (a, b)].map(|(p, q)| p.distance_squared(q));
     let sides = [(at_a, at_b.min(at_c)), (at_b, at_c.min(at_a)), (at_c, at_a.min(at_b))];

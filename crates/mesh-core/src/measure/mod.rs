@@ -11,6 +11,7 @@ mod fan;
 pub mod laplacian;
 pub mod normals;
 pub mod size;
+pub mod slab;
 pub mod triangle_bounds;
 pub mod unit_scale;
 mod visibility;
