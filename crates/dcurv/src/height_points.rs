@@ -1,7 +1,7 @@
 //! The points around a vertex as heights over its tangent plane.
 
 use glam::{DVec2, DVec3};
-use mesh_core::{TriMesh, VertexId};
+use mesh_core::{HalfEdgeId, Topology, TriMesh, VertexId};
 
 use crate::principal::TangentFrame;
 
@@ -27,6 +27,22 @@ pub(crate) struct HeightPoint {
     pub(crate) z: f64,
 }
 
+/// The half-edges around the origin of a half-edge, alternately to its left and to its right, up to the boundary or
+/// without end.
+fn beside(topology: &Topology, first: HalfEdgeId) -> impl Iterator<Item = HalfEdgeId> + '_ {
+    let clockwise = move |h: HalfEdgeId| {
+        let twin = h.twin();
+        (!topology.is_exterior(twin)).then(|| topology.next(twin))
+    };
+    let back = move |h: HalfEdgeId| (!topology.is_exterior(h)).then(|| topology.previous(h).twin());
+    let mut ends = [Some(first); 2];
+    core::iter::from_fn(move || {
+        ends = [ends[0].and_then(clockwise), ends[1].and_then(back)];
+        ends.iter().any(Option::is_some).then_some(ends)
+    })
+    .flat_map(|ends| ends.into_iter().flatten())
+}
+
 /// Collects the vertices around a vertex.
 pub(crate) struct Neighbourhood<'a> {
     mesh: &'a TriMesh,
@@ -36,6 +52,8 @@ pub(crate) struct Neighbourhood<'a> {
     seen: Vec<u32>,
     collections: u32,
     vertices: Vec<VertexId>,
+    /// For each collected vertex except the first one, the half-edge to the vertex that it was reached from.
+    back: Vec<HalfEdgeId>,
     /// The result of [`Neighbourhood::heights`], nearest points first.
     pub(crate) points: Vec<HeightPoint>,
 }
@@ -44,7 +62,15 @@ impl<'a> Neighbourhood<'a> {
     /// `normals` are the normals of all vertices, if many vertices are visited.
     pub(crate) fn new(mesh: &'a TriMesh, normals: Option<&'a [DVec3]>) -> Self {
         let seen = vec![0; mesh.topology().vertex_capacity()];
-        Self { mesh, normals, seen, collections: 0, vertices: Vec::new(), points: Vec::new() }
+        Self {
+            mesh,
+            normals,
+            seen,
+            collections: 0,
+            vertices: Vec::new(),
+            back: Vec::new(),
+            points: Vec::new(),
+        }
     }
 
     /// The normal of a vertex.
@@ -54,7 +80,8 @@ impl<'a> Neighbourhood<'a> {
     }
 
     /// Collects rings of neighbours: at least `rings`, then as long as there are fewer than `least` vertices, and
-    /// beyond each vertex that is not farther than `radius`. At most about `most`.
+    /// beyond each vertex that is not farther than `radius`. At most about `most`; at a vertex with more neighbours,
+    /// only the ones beside the edge that leads there, so that no vertex takes longer because of a distant fan.
     pub(crate) fn collect(
         &mut self,
         vertex: VertexId,
@@ -72,6 +99,7 @@ impl<'a> Neighbourhood<'a> {
         self.seen[vertex.index()] = self.collections;
         self.vertices.clear();
         self.vertices.push(vertex);
+        self.back.clear();
         let normal = self.normal(vertex);
         let (mut start, mut ring) = (0, 0);
         loop {
@@ -85,11 +113,15 @@ impl<'a> Neighbourhood<'a> {
                 if self.vertices.len() > most {
                     break;
                 }
-                for next in topology.one_ring(from) {
-                    let seen = &mut self.seen[next.index()];
-                    let is_new = core::mem::replace(seen, self.collections) != self.collections;
-                    if is_new && (ring == 0 || self.normal(next).dot(normal) >= LEAST_COSINE) {
-                        self.vertices.push(next);
+                let came = i.checked_sub(1).map(|place| self.back[place]);
+                match came.filter(|_| topology.one_ring(from).nth(most).is_some()) {
+                    None => {
+                        topology.outgoing(from).for_each(|h| self.visit(h, ring == 0, normal));
+                    }
+                    Some(back) => {
+                        let enough = if radius > 0.0 { most } else { least };
+                        let beside = beside(topology, back).take(enough);
+                        beside.for_each(|h| self.visit(h, false, normal));
                     }
                 }
             }
@@ -97,6 +129,17 @@ impl<'a> Neighbourhood<'a> {
                 return;
             }
             (start, ring) = (end, ring + 1);
+        }
+    }
+
+    /// Collects the target of a half-edge, if it is new, and a neighbour or turned like the first vertex.
+    fn visit(&mut self, h: HalfEdgeId, is_neighbour: bool, normal: DVec3) {
+        let next = self.mesh.topology().target(h);
+        let seen = &mut self.seen[next.index()];
+        let is_new = core::mem::replace(seen, self.collections) != self.collections;
+        if is_new && (is_neighbour || self.normal(next).dot(normal) >= LEAST_COSINE) {
+            self.vertices.push(next);
+            self.back.push(h.twin());
         }
     }
 

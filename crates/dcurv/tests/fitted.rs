@@ -552,3 +552,23 @@ fn directions_agree_in_sign_along_a_torus() {
         assert_eq!((now.k_max, now.normal), (before.k_max, before.normal));
     }
 }
+
+/// A fit at the rim of a fan takes neighbours along the rim, not all vertices of the fan.
+#[test]
+fn fits_beside_a_vertex_of_high_valence_take_few_points() {
+    let sides: u32 = 3000;
+    let rim = |i: u32| {
+        let angle = core::f64::consts::TAU * f64::from(i) / f64::from(sides);
+        DVec3::new(angle.cos(), angle.sin(), 0.01 * (9.0 * angle).sin())
+    };
+    let points: Vec<_> = (0..sides).map(rim).chain([DVec3::ZERO]).collect();
+    let faces: Vec<[u32; 3]> = (0..sides).map(|i| [i, (i + 1) % sides, sides]).collect();
+    let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
+    for scale in [FitScale::Nearest, FitScale::Noise(0.001), FitScale::Radius(0.05)] {
+        let options = FitOptions { scale, ..FitOptions::default() };
+        for vertex in (0..sides).step_by(100).map(VertexId::new) {
+            let fit = fitted_curvature(&mesh, vertex, &options);
+            assert!(fit.is_none_or(|fit| fit.points <= 400), "{scale:?} {vertex:?}");
+        }
+    }
+}
