@@ -28,20 +28,28 @@ impl FolderLock {
         }
         let is_new = private_files::create_folder(folder).map_err(Error::io(folder))?;
         let mark = folder.join(MARK);
-        if !is_new && fs::symlink_metadata(&mark).is_ok() {
-            let lock = Self::open(folder)?;
-            lock.lock_alone()?;
-            return Ok(lock);
-        }
-        if !is_new {
-            if fs::read_dir(folder).map_err(Error::io(folder))?.next().is_some() {
+        // Another process may take the folder at any moment.
+        let is_marked = || fs::symlink_metadata(&mark).is_ok();
+        if !is_new && !is_marked() {
+            let is_empty = fs::read_dir(folder).map_err(Error::io(folder))?.next().is_none();
+            if !is_empty && !is_marked() {
                 return Err(Error::NotEmpty { path: folder.to_owned() });
             }
-            // Fails for the folder of another user.
-            private_files::make_private(folder).map_err(Error::io(folder))?;
+            if is_empty {
+                // Fails for the folder of another user.
+                private_files::make_private(folder).map_err(Error::io(folder))?;
+            }
         }
-        let lock = Self::create(folder, &mark)?;
-        lock.check_folder()?;
+        let lock = match Self::create(folder, &mark) {
+            Err(Error::Io { source, .. }) if source.kind() == ErrorKind::AlreadyExists => {
+                Self::open(folder)?
+            }
+            created => {
+                let lock = created?;
+                lock.check_folder()?;
+                lock
+            }
+        };
         lock.lock_alone()?;
         Ok(lock)
     }
@@ -155,4 +163,32 @@ fn mark_text() -> String {
         "Files of curvmesh for a mesh that is larger than memory.\nmachine {}\n",
         machine.trim()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_many_processes_takes_a_folder_and_the_others_are_told_so() {
+        let parent = tempfile::tempdir().unwrap();
+        for round in 0..200 {
+            let folder = parent.path().join(round.to_string());
+            if round % 2 == 0 {
+                fs::create_dir(&folder).unwrap();
+            }
+            let start = std::sync::Barrier::new(4);
+            let claim = || {
+                start.wait();
+                FolderLock::claim(&folder)
+            };
+            let claimed: Vec<Result<FolderLock, Error>> = std::thread::scope(|scope| {
+                let threads = [(); 4].map(|()| scope.spawn(claim));
+                threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+            });
+            assert_eq!(claimed.iter().filter(|lock| lock.is_ok()).count(), 1, "{claimed:?}");
+            let told = |lock: &Result<FolderLock, Error>| matches!(lock, Err(Error::InUse { .. }));
+            assert_eq!(claimed.iter().filter(|lock| told(lock)).count(), 3, "{claimed:?}");
+        }
+    }
 }
