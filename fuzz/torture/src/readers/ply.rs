@@ -76,6 +76,7 @@ fn number(property: &Property) -> Option<f64> {
     match property {
         Property::Float(number) => Some(f64::from(*number)),
         Property::Double(number) => Some(*number),
+        Property::UChar(number) => Some(f64::from(*number)),
         _ => None,
     }
 }
