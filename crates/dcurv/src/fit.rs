@@ -16,8 +16,9 @@
 //!
 //! The weight `1/distance^8` lets near points decide what they can: across a pipe with triangles fifty times longer
 //! than wide, only the neighbours in the same section do. With `Noise`, the fit is chosen by Lepski's method: the one
-//! with the least noise that agrees with all noisier fits. The noise of a mesh is estimated by
-//! [`estimate_noise`](crate::estimate_noise).
+//! with the least noise that agrees with all noisier fits. Fits are compared by the covariance of their second
+//! derivatives, because long triangles may determine one curvature much better than the other. The noise of a mesh is
+//! estimated by [`estimate_noise`](crate::estimate_noise).
 //!
 //! **Coordinates.** Points lie in the direction of their projection to the tangent plane, at their own distance from
 //! the vertex. So a sphere is a quadratic surface, `z = d²/2R`, and spheres and circular sections have no error, however
@@ -77,13 +78,13 @@ pub enum FitScale {
 pub struct FitOptions {
     /// Which points are fitted, and with which weights. The nearest by default.
     pub scale: FitScale,
-    /// No further points are added beyond the first ring once this number is reached. 128 by default.
+    /// No further points are added beyond the first ring once this number is reached. 320 by default.
     pub most_points: usize,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { scale: FitScale::Nearest, most_points: 128 }
+        Self { scale: FitScale::Nearest, most_points: 320 }
     }
 }
 
@@ -191,6 +192,8 @@ impl<'a> Fitter<'a> {
     const LEAST: usize = 20;
     /// The square of this slope is below the rounding of double precision.
     const LEAST_SLOPE: f64 = 1e-8;
+    /// The largest slope of a fit that is compared with others, against a tangent plane that more points determine.
+    const MOST_SLOPE: f64 = 1.0;
 
     fn new(mesh: &'a TriMesh, normals: Option<&'a [DVec3]>, options: FitOptions) -> Self {
         Self {
@@ -232,8 +235,8 @@ impl<'a> Fitter<'a> {
         let tangent = self.smooth_tangent(vertex, radius)?;
         self.fits.clear();
         self.solver.smoothing(&self.near.points, radius, &mut self.fits);
-        let quadratic = self.fits.first()?.noise_variance;
-        let is_stable = |fit: &&JetFit| fit.noise_variance <= 9.0 * quadratic;
+        let quadratic = self.fits.first()?.noise.total();
+        let is_stable = |fit: &&JetFit| fit.noise.total() <= 9.0 * quadratic;
         let fit = *self.fits.iter().rev().find(is_stable)?;
         // Fits of other degrees show the error of the model.
         let others = self.fits.iter().filter_map(|other| Candidate::new(*other, 1.0));
@@ -312,17 +315,22 @@ impl<'a> Fitter<'a> {
         const STEP: f64 = 1.7;
         let tangent = self.smooth_tangent(vertex, 0.0)?;
         self.fit_through_vertex(noise);
+        self.candidates.retain(|fit| fit.slope() < Self::MOST_SLOPE);
         let most = self.options.most_points;
         let mut radius = STEP * self.near.points.first()?.at.length();
+        // Rings reach far along long triangles, and not far across them.
+        let mut collected = 0.0;
         loop {
-            if self.near.reach() < 1.5 * radius && self.near.points.len() < most {
-                self.collect(vertex, 1.8 * radius);
+            if collected < 1.5 * radius && self.near.points.len() < most {
+                collected = 1.8 * radius;
+                self.collect(vertex, collected);
                 self.near.heights(&tangent);
             }
             self.fits.clear();
             self.solver.smoothing(&self.near.points, radius, &mut self.fits);
             let known = self.candidates.len();
-            self.candidates.extend(self.fits.iter().filter_map(|&fit| Candidate::new(fit, noise)));
+            let new = self.fits.iter().filter_map(|&fit| Candidate::new(fit, noise));
+            self.candidates.extend(new.filter(|fit| fit.slope() < Self::MOST_SLOPE));
             let (noisier, new) = self.candidates.split_at(known);
             let is_done = !new.is_empty() && !new.iter().any(|fit| fit.agrees(noisier));
             if self.near.reach() < radius || is_done {

@@ -41,11 +41,57 @@ pub(crate) struct JetFit {
     pub(crate) degree: u8,
     /// Number of points.
     pub(crate) points: usize,
-    /// Variance of the second derivatives (squared Frobenius norm) for independent noise of variance 1 in all heights.
-    pub(crate) noise_variance: f64,
-    /// Variance of the second derivatives as the residuals tell, if residuals grow with distance. 0 for smoothing
+    /// Covariance of the second derivatives for independent noise of variance 1 in all heights.
+    pub(crate) noise: Covariance,
+    /// Covariance of the second derivatives as the residuals tell, if residuals grow with distance. 0 for smoothing
     /// fits.
-    pub(crate) model_variance: f64,
+    pub(crate) model: Covariance,
+}
+
+/// The covariance of the second derivatives by `xx`, `xy` and `yy`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Covariance(pub(crate) [[f64; 3]; 3]);
+
+impl Covariance {
+    fn of(entry: impl Fn(usize, usize) -> f64) -> Self {
+        Self(core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j))))
+    }
+
+    /// The variance of the matrix of second derivatives: the mean square of its Frobenius norm.
+    pub(crate) fn total(&self) -> f64 {
+        (0..3).map(|i| multiplicity(QUADRATIC[i]) * self.0[i][i]).sum()
+    }
+
+    /// The covariance of the sum of both errors, each multiplied by a factor.
+    pub(crate) fn combined(&self, factor: f64, other: &Self, other_factor: f64) -> Self {
+        let [square, other_square] = [factor * factor, other_factor * other_factor];
+        Self::of(|i, j| square * self.0[i][j] + other_square * other.0[i][j])
+    }
+
+    /// The length of a difference of second derivatives in standard deviations. Infinite if a nonzero difference has
+    /// no variance.
+    pub(crate) fn deviations(&self, difference: [f64; 3]) -> f64 {
+        /// The part of a variance that others do not explain and that still counts.
+        const LEAST_REST: f64 = 1e-12;
+        let ratio = |rest: f64, root: f64| if rest == 0.0 { 0.0 } else { rest / root };
+        let mut triangle = [[0.0; 3]; 3];
+        let mut solved = [0.0; 3];
+        for i in 0..3 {
+            for j in 0..=i {
+                let known: f64 = (0..j).map(|k| triangle[i][k] * triangle[j][k]).sum();
+                let rest = self.0[i][j] - known;
+                if j < i {
+                    triangle[i][j] = ratio(rest, triangle[j][j]);
+                } else {
+                    triangle[i][i] = rest.max(LEAST_REST * self.0[i][i]).sqrt();
+                }
+            }
+            let known: f64 = (0..i).map(|k| triangle[i][k] * solved[k]).sum();
+            solved[i] = ratio(difference[i] - known, triangle[i][i]);
+        }
+        let square: f64 = solved.iter().map(|entry| entry * entry).sum();
+        if square.is_nan() { f64::INFINITY } else { square.sqrt() }
+    }
 }
 
 /// `1, x, y, x², xy, y², x³, ...`, then the height.
@@ -137,6 +183,11 @@ fn square(row: &Row, count: usize) -> f64 {
     row.iter().take(count).map(|entry| entry * entry).sum()
 }
 
+/// The scalar product of the leading parts.
+fn product(a: &Row, b: &Row, count: usize) -> f64 {
+    a.iter().zip(b).take(count).map(|(a, b)| a * b).sum()
+}
+
 /// The scalar product, in four interleaved sums, so that several products are computed at once.
 fn dot(a: &Row, b: &Row) -> f64 {
     let mut sums = [0.0; 4];
@@ -180,26 +231,23 @@ impl JetSolver {
             let squares: f64 = rest.iter().map(|row| row[MONOMIALS] * row[MONOMIALS]).sum();
             // Right sides of the columns that this degree does not have are residuals, too.
             let residual_variance = squares / (points.len() - unknowns) as f64;
-            let (mut noise_variance, mut model_variance) = (0.0, 0.0);
-            for (column, influence) in QUADRATIC.into_iter().zip(&influences) {
-                let factor = second_derivative(column) / (triangle.lengths[column] * scale);
-                let weight = multiplicity(column) * factor * factor;
-                model_variance += weight * square(influence, count);
-                let solved = triangle.back_substituted(count, |k| influence[k]);
-                let (mut squares, mut sum) = (0.0, 0.0);
-                for influence in self.of_heights(count, &solved) {
-                    squares += influence * influence;
-                    sum += influence;
-                }
-                // Heights are measured from the vertex, so its noise is in all of them.
-                noise_variance += weight * (squares + sum * sum) / (scale * scale);
-            }
+            let factors = QUADRATIC
+                .map(|column| second_derivative(column) / (triangle.lengths[column] * scale));
+            let model = Covariance::of(|i, j| {
+                let share = product(&influences[i], &influences[j], count);
+                factors[i] * factors[j] * share * residual_variance
+            });
+            let solved =
+                influences.map(|influence| triangle.back_substituted(count, |k| influence[k]));
+            let noise = self.noise(count, &solved);
+            let noise =
+                Covariance::of(|i, j| factors[i] * factors[j] * noise.0[i][j] / (scale * scale));
             fits.push(JetFit {
                 jet: triangle.jet(&triangle.solve(count), scale),
                 degree,
                 points: points.len(),
-                noise_variance,
-                model_variance: model_variance * residual_variance,
+                noise,
+                model,
             });
         }
         fits.retain(JetFit::is_finite);
@@ -218,12 +266,25 @@ impl JetSolver {
         Some(scale)
     }
 
-    /// How much a coefficient changes with the height of each point. `solved` is the row of the coefficient in the
-    /// inverse of the normal equations.
-    fn of_heights(&self, count: usize, solved: &Row) -> impl Iterator<Item = f64> {
-        let mut used = *solved;
-        used[count..].fill(0.0);
-        self.rows.iter().zip(&self.weights).map(move |(row, w)| w * dot(row, &used))
+    /// The covariance of the quadratic coefficients for noise of variance 1 in the heights. `solved` are the rows of
+    /// the coefficients in the inverse of the normal equations.
+    fn noise(&self, count: usize, solved: &[Row; 3]) -> Covariance {
+        let used = solved.map(|mut row| {
+            row[count..].fill(0.0);
+            row
+        });
+        let (mut products, mut sums) = ([[0.0; 3]; 3], [0.0; 3]);
+        for (row, weight) in self.rows.iter().zip(&self.weights) {
+            let of_height = [0, 1, 2].map(|i| weight * dot(row, &used[i]));
+            for i in 0..3 {
+                sums[i] += of_height[i];
+                for j in 0..3 {
+                    products[i][j] += of_height[i] * of_height[j];
+                }
+            }
+        }
+        // Heights are measured from the vertex, so its noise is in all of them.
+        Covariance::of(|i, j| products[i][j] + sums[i] * sums[j])
     }
 
     /// Divides the columns of `rows` but the constant by their lengths, and triangulates them by Householder's
@@ -308,18 +369,18 @@ impl JetSolver {
             if used < count + 2 || !triangle.determines(&influences, count) {
                 break;
             }
-            let mut noise_variance = 0.0;
-            for (column, influence) in QUADRATIC.into_iter().zip(&influences) {
-                let factor = second_derivative(column) / (triangle.lengths[column] * radius);
-                let variance = square(influence, count) / (radius * radius);
-                noise_variance += multiplicity(column) * factor * factor * variance;
-            }
+            let factors = QUADRATIC
+                .map(|column| second_derivative(column) / (triangle.lengths[column] * radius));
+            let noise = Covariance::of(|i, j| {
+                let share = product(&influences[i], &influences[j], count);
+                factors[i] * factors[j] * share / (radius * radius)
+            });
             let fit = JetFit {
                 jet: triangle.jet(&triangle.solve(count), radius),
                 degree,
                 points: used - 1,
-                noise_variance,
-                model_variance: 0.0,
+                noise,
+                model: Covariance::default(),
             };
             if fit.is_finite() {
                 fits.push(fit);
@@ -331,8 +392,9 @@ impl JetSolver {
 impl JetFit {
     fn is_finite(&self) -> bool {
         let Jet { px, py, xx, xy, yy } = self.jet;
-        let entries = [px, py, xx, xy, yy, self.noise_variance, self.model_variance];
-        entries.iter().all(|entry| entry.is_finite())
+        let entries = [px, py, xx, xy, yy].into_iter();
+        let variances = [self.noise, self.model].into_iter().flat_map(|of| of.0).flatten();
+        entries.chain(variances).all(f64::is_finite)
     }
 }
 
@@ -422,4 +484,27 @@ fn cholesky(normal: &[Row; COLUMNS]) -> Option<Triangle> {
         }
     }
     Some(triangle)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Covariance;
+
+    #[test]
+    fn differences_are_measured_by_the_covariance() {
+        let variances = [4.0, 1.0, 0.25];
+        let diagonal = Covariance::of(|i, j| if i == j { variances[i] } else { 0.0 });
+        assert_eq!(diagonal.total(), 4.0 + 2.0 + 0.25);
+        assert_eq!(diagonal.deviations([2.0, 0.0, 0.0]), 1.0);
+        assert_eq!(diagonal.deviations([0.0, 3.0, 2.0]), 5.0);
+        let doubled = diagonal.combined(2.0, &Covariance::default(), 1.0);
+        assert_eq!(doubled.deviations([0.0, 3.0, 2.0]), 2.5);
+        // Both entries err together, so their difference is certain.
+        let common = Covariance([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0]]);
+        assert_eq!(common.deviations([1.0, 0.0, 1.0]), 1.0);
+        assert!(common.deviations([1.0, 0.0, 0.0]) > 1e5);
+        // Without any variance, only equal values agree.
+        assert_eq!(Covariance::default().deviations([0.0; 3]), 0.0);
+        assert_eq!(Covariance::default().deviations([1.0, 0.0, 0.0]), f64::INFINITY);
+    }
 }
