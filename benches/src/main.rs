@@ -9,6 +9,7 @@ mod fetch;
 mod giant;
 mod instructions;
 mod job_set;
+mod memory;
 mod peers;
 mod preset_study;
 mod process;
@@ -43,10 +44,12 @@ enum Measurement {
     /// Measure estimates of curvature against exact values
     ///
     ///     cargo run --release -p benches -- curvature-study --quick
-    ///     cargo run --release -p benches -- curvature-study --peers
+    ///     cargo run --release -p benches -- curvature-study --peers --clones libraries --speed 20000
     ///     cargo run --release -p benches -- curvature-study --surfaces pipe --samplings along25 --export meshes
     #[command(verbatim_doc_comment)]
     CurvatureStudy(curvature_study::CurvatureStudy),
+    #[command(hide = true)]
+    CurvatureJob(curvature_study::CurvatureJob),
     /// Measure our presets beside other programs: time, error, memory
     ///
     ///     cargo run --release -p benches --features meshopt -- peers --models meshes
@@ -90,6 +93,7 @@ fn main() -> ExitCode {
         Measurement::LimitStudy(options) => limit_study::run(&options),
         Measurement::ToleranceStudy(options) => tolerance_study::run(&options),
         Measurement::CurvatureStudy(options) => curvature_study::run(&options),
+        Measurement::CurvatureJob(options) => curvature_study::run_job(&options),
         Measurement::Peers(options) => peers::run(&options),
         Measurement::PresetStudy(options) => preset_study::run(&options),
         Measurement::Fetch(options) => fetch::run(&options),

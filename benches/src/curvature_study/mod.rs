@@ -5,6 +5,8 @@
 //! larger absolute principal curvature over the mesh, at interior vertices: the larger one of both errors, its median
 //! and its 95th percentile. Positions are rounded to single precision.
 
+mod cost;
+mod programs;
 mod report;
 mod row;
 mod sampling;
@@ -12,7 +14,6 @@ mod surfaces;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use clap::ValueEnum;
 use curvpatch::{CurvatureEstimator, Params};
@@ -23,9 +24,11 @@ use dcurv::{
 use glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh, VertexId, VertexMap};
 use mesh_shapes::{add_normal_noise, mean_edge_length};
-use xtask_common::{Failure, Numbers, VirtualEnvironment, progress_bar};
+use xtask_common::{Failure, Numbers, progress_bar};
 
-use crate::process::Process;
+use cost::{Cost, measured};
+pub(crate) use cost::{CurvatureJob, run_job};
+use programs::Peers;
 use row::{Key, Ours, Row};
 use sampling::{Sampled, Sampling, sample};
 use surfaces::{Exact, Surface};
@@ -45,10 +48,17 @@ pub(crate) struct CurvatureStudy {
     /// Standard deviations of the noise along the normal, in mean edge lengths
     #[arg(long, value_name = "SHARE", value_delimiter = ',', default_value = "0,0.002,0.01,0.05")]
     noise: Vec<f64>,
-    /// Also run libigl, MeshLab, VTK and trimesh, as far as their Python packages can be installed into
-    /// OUT/environment
+    /// Also run libigl, MeshLab, VTK, trimesh, trueform, gpytoolbox, DGtal and CGAL, as far as their Python packages can
+    /// be installed into OUT/environment, and their headers are there
     #[arg(long)]
     peers: bool,
+    /// A folder with clones of libraries that have no package: pmp-library and geometry-central, also cgal (5.6 or newer)
+    /// if the system has an older one
+    #[arg(long, value_name = "DIR", requires = "peers")]
+    clones: Option<PathBuf>,
+    /// Also measure time and memory of every program on one thread, on a torus with about this number of vertices
+    #[arg(long, value_name = "N")]
+    speed: Option<usize>,
     /// Write every mesh as PLY with its exact curvature to this folder
     #[arg(long, value_name = "DIR")]
     export: Option<PathBuf>,
@@ -252,83 +262,6 @@ fn of_faces(mesh: &TriMesh) -> Result<Vec<Estimate>, Failure> {
     Ok(sums.as_slice().iter().map(of).collect())
 }
 
-/// Other programs, run by Python.
-struct Peers {
-    folder: PathBuf,
-    python: VirtualEnvironment,
-    names: Vec<String>,
-    /// The running process; `None` before the first request and after a crash.
-    process: Option<Process>,
-}
-
-impl Peers {
-    const PACKAGES: [&str; 6] =
-        ["numpy", "scipy", "libigl", "pymeshlab", "pyvista", "trimesh[easy]"];
-
-    fn prepare(folder: &Path) -> Result<Self, Failure> {
-        let script = folder.join("peers.py");
-        std::fs::write(&script, include_str!("peers.py")).map_err(Failure::writing(&script))?;
-        let python = VirtualEnvironment::make(&folder.join("environment"), "python3")?;
-        python.install_if_there(&Self::PACKAGES, "the study is without it");
-        let found = python.python().arg(&script).output().map_err(Failure::writing(&script))?;
-        let names = String::from_utf8_lossy(&found.stdout).lines().map(str::to_owned).collect();
-        Ok(Self { folder: folder.to_owned(), python, names, process: None })
-    }
-
-    fn process(&mut self) -> Option<&mut Process> {
-        if self.process.is_none() {
-            let mut command = self.python.python();
-            command.arg(self.folder.join("peers.py")).arg(&self.folder);
-            self.process = Some(Process::start(&mut command).ok()?);
-        }
-        self.process.as_mut()
-    }
-
-    /// The estimates of a program and its seconds. `None` if it fails.
-    ///
-    /// Some programs have the other sign; the sign with the smaller error counts.
-    fn estimate(&mut self, name: &str, case: &Case) -> Option<(Vec<Estimate>, f64)> {
-        let [vertices, faces, out] =
-            ["vertices.raw", "faces.raw", "out.raw"].map(|f| self.folder.join(f));
-        let topology = case.mesh.topology();
-        let numbers = case.mesh.positions().iter().flat_map(DVec3::to_array);
-        std::fs::write(&vertices, numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>()).ok()?;
-        let corners = topology.faces().flat_map(|face| topology.face_vertices(face));
-        let corners = corners.flat_map(|v| (v.index() as u32).to_le_bytes());
-        std::fs::write(&faces, corners.collect::<Vec<u8>>()).ok()?;
-        let Some(answer) = self.process()?.ask(&format!("{name}\t{}", 3.0 * case.edge)) else {
-            self.process = None;
-            return None;
-        };
-        let seconds = answer.trim().parse().ok()?;
-        let bytes = std::fs::read(&out).ok()?;
-        let values: Vec<f64> = bytes
-            .chunks_exact(8)
-            .filter_map(|b| Some(f64::from_le_bytes(b.try_into().ok()?)))
-            .collect();
-        let signed = |sign: f64| -> Vec<Estimate> {
-            let of = |pair: &[f64]| {
-                let [a, b] = [0, 1].map(|i| sign * pair[i]);
-                Estimate { principal: [a.max(b), a.min(b)], ..Estimate::UNKNOWN }
-            };
-            values.chunks_exact(2).map(of).collect()
-        };
-        let error = |estimates: &[Estimate]| -> f64 {
-            let difference = |(estimate, exact): (&Estimate, &Exact)| {
-                let [a, b] = [0, 1].map(|i| (estimate.principal[i] - exact.principal[i]).abs());
-                if a.is_nan() || b.is_nan() { 0.0 } else { a.max(b).sqrt() }
-            };
-            estimates.iter().zip(&case.exact).map(difference).sum()
-        };
-        let [plus, minus] = [1.0, -1.0].map(signed);
-        if plus.len() != case.exact.len() {
-            return None;
-        }
-        let best = if error(&plus) <= error(&minus) { plus } else { minus };
-        Some((best, seconds))
-    }
-}
-
 /// Runs the rows that are missing in the file of numbers, and prints the tables.
 pub(crate) fn run(options: &CurvatureStudy) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
@@ -338,7 +271,8 @@ pub(crate) fn run(options: &CurvatureStudy) -> Result<(), Failure> {
     };
     let (mut numbers, mut rows) = Numbers::open(path, &HEADER, parse)?;
     let known: HashSet<Key> = rows.iter().map(Row::key).collect();
-    let mut peers = if options.peers { Some(Peers::prepare(&options.out)?) } else { None };
+    let prepare = || Peers::prepare(&options.out, options.clones.as_deref());
+    let mut peers = options.peers.then(prepare).transpose()?;
     let cells = options.cells();
     let bar = progress_bar(cells.len());
     for (surface, sampling, vertices, noise) in cells {
@@ -360,21 +294,29 @@ pub(crate) fn run(options: &CurvatureStudy) -> Result<(), Failure> {
             Ok::<_, Failure>(())
         };
         for ours in Ours::value_variants().iter().filter(|ours| is_wanted(ours.name())) {
-            let start = Instant::now();
-            let estimates = ours.estimate(&case)?;
-            add(ours.name(), &estimates, start.elapsed().as_secs_f64())?;
+            let (estimates, cost) = measured(|| ours.estimate(&case))?;
+            add(ours.name(), &estimates, cost.seconds)?;
         }
         if let Some(peers) = &mut peers {
-            for name in peers.names.clone().iter().filter(|name| is_wanted(name)) {
-                let none = || (vec![Estimate::UNKNOWN; case.exact.len()], f64::NAN);
-                let (estimates, seconds) = peers.estimate(name, &case).unwrap_or_else(none);
-                add(name, &estimates, seconds)?;
+            for program in peers.programs.clone() {
+                if !is_wanted(&program.name) {
+                    continue;
+                }
+                let none = (vec![Estimate::UNKNOWN; case.exact.len()], Cost::UNKNOWN);
+                let (estimates, cost) = peers.estimate(&program, &case).unwrap_or(none);
+                add(&program.name, &estimates, cost.seconds)?;
             }
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let text = report::tables(&rows);
+    let mut text = report::tables(&rows);
+    if let Some(vertices) = options.speed {
+        text += &format!("\n{}", cost::table(vertices, peers.as_mut())?);
+    }
+    if let Some(peers) = &peers {
+        text += &format!("\n{}", report::programs(&peers.programs, &peers.missing));
+    }
     let write = |name: &str, text: &str| {
         let path = options.out.join(name);
         std::fs::write(&path, text).map_err(Failure::writing(&path))

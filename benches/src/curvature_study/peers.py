@@ -2,10 +2,14 @@
 
 ``python peers.py FOLDER`` reads lines from the standard input: the name of a program, a tab, a radius. For each line, it
 reads the raw arrays ``vertices.raw`` (float64) and ``faces.raw`` (uint32) from the folder, writes both principal
-curvatures of every vertex to ``out.raw`` (float64, two per vertex), and prints the seconds of the computation, or
-``failed``. Without arguments, it prints the names of the programs that can be imported.
+curvatures of every vertex to ``out.raw`` (float64, two per vertex), and prints the seconds of processor time of the
+computation and the bytes that it used beyond the input (a dash if the system does not report them), or ``failed``.
+
+Without arguments, it prints the programs, one a line: the name, a tab, the package and its version; or the name and two
+tabs if the package cannot be imported.
 """
 
+import importlib.metadata
 import importlib.util
 import os
 import sys
@@ -44,6 +48,8 @@ def meshlab(method):
             found.append(meshes.current_mesh().vertex_scalar_array())
         return np.stack(found, axis=1)
 
+    # Each call computes both curvatures, and shows one.
+    run.calls = 2
     return run
 
 
@@ -65,6 +71,24 @@ def trimesh_measure(vertices, faces, radius):
     return split(mean, gaussian)
 
 
+def trueform(rings):
+    def run(vertices, faces, _):
+        import trueform
+
+        return np.stack(trueform.principal_curvatures((faces.astype(np.int32), vertices), k=rings), axis=1)
+
+    return run
+
+
+def gpytoolbox(vertices, faces, _):
+    import gpytoolbox
+
+    areas = gpytoolbox.massmatrix(vertices, faces, type="voronoi").diagonal()
+    vectors = 0.5 * (gpytoolbox.cotangent_laplacian(vertices, faces) @ vertices) / areas[:, None]
+    mean = np.sum(vectors * gpytoolbox.per_vertex_normals(vertices, faces), axis=1)
+    return split(mean, gpytoolbox.angle_defect(vertices, faces) / areas)
+
+
 PROGRAMS = {
     "libigl, 2 rings": ("igl", igl(2)),
     "libigl, 3 rings": ("igl", igl(3)),
@@ -76,12 +100,44 @@ PROGRAMS = {
     "MeshLab, scale-dependent": ("pymeshlab", meshlab("Scale Dependent Quadric Fitting")),
     "VTK": ("pyvista", vtk),
     "trimesh": ("trimesh", trimesh_measure),
+    "trueform, 1 ring": ("trueform", trueform(1)),
+    "trueform, 2 rings": ("trueform", trueform(2)),
+    "trueform, 3 rings": ("trueform", trueform(3)),
+    "gpytoolbox": ("gpytoolbox", gpytoolbox),
 }
+
+
+# The package that has a module, if it has another name.
+PACKAGES = {"igl": "libigl"}
+
+
+def describe(name):
+    module = PROGRAMS[name][0]
+    if importlib.util.find_spec(module) is None:
+        return f"{name}\t\t"
+    package = PACKAGES.get(module, module)
+    return f"{name}\t{package} {importlib.metadata.version(package)}"
+
+
+def memory(field):
+    with open("/proc/self/status") as status:
+        line = next(line for line in status if line.startswith(field))
+    return 1024 * int(line.split()[1])
+
+
+def used_before():
+    """The memory in use, after the peak is reset. None if the system does not report it."""
+    try:
+        with open("/proc/self/clear_refs", "w") as file:
+            file.write("5")
+        return memory("VmRSS:")
+    except OSError:
+        return None
 
 
 def main():
     if len(sys.argv) == 1:
-        print("\n".join(n for n, (module, _) in PROGRAMS.items() if importlib.util.find_spec(module)))
+        print("\n".join(map(describe, PROGRAMS)))
         return
     folder = Path(sys.argv[1])
     # Some packages print to the standard output.
@@ -95,11 +151,13 @@ def main():
         # Imports are not timed.
         importlib.import_module(module)
         try:
-            start = time.perf_counter()
+            before = used_before()
+            start = time.process_time()
             found = run(vertices, faces, float(radius))
-            seconds = time.perf_counter() - start
+            seconds = (time.process_time() - start) / getattr(run, "calls", 1)
+            peak = "-" if before is None else max(memory("VmHWM:") - before, 0)
             np.ascontiguousarray(found, dtype=np.float64).tofile(folder / "out.raw")
-            print(seconds, file=answers)
+            print(seconds, peak, file=answers)
         except Exception as error:
             print(f"{name}: {error}", file=sys.stderr)
             print("failed", file=answers)

@@ -2,6 +2,7 @@
 
 use xtask_common::plot::{Axis, Plot, Series};
 
+use super::programs::{Missing, Program};
 use super::row::{Cell, Ours, Row};
 
 /// Errors below this value count as this value, so that exact results do not decide means of logarithms.
@@ -50,6 +51,18 @@ pub(super) fn tables(rows: &[Row]) -> String {
         table.add_row(cells);
     }
     format!("{table}\n\n{}\n{}", ratios(rows), comparisons(rows))
+}
+
+/// The versions of the other programs, and the reasons why some are not there.
+#[must_use]
+pub(super) fn programs(there: &[Program], missing: &[Missing]) -> String {
+    let mut lines: Vec<String> =
+        there.iter().map(|program| format!("- {}: {}\n", program.name, program.version)).collect();
+    let missing = missing
+        .iter()
+        .map(|missing| format!("- {}: not in the run; {}\n", missing.name, missing.reason));
+    lines.extend(missing);
+    format!("Other programs:\n\n{}", lines.concat())
 }
 
 /// The distinct values of a column, in their order of appearance.

@@ -54,6 +54,7 @@ pub(super) struct Row {
     pub(super) unknown: f64,
     /// Share of vertices whose error is within the predicted one; NaN without predictions.
     pub(super) within: f64,
+    /// Processor time.
     pub(super) seconds: f64,
 }
 

@@ -12,6 +12,7 @@ use simplify::{ErrorCheck, Options, Preset, simplify};
 
 use super::raw::RawMesh;
 use super::tool::Tool;
+use crate::memory;
 use xtask_common::Failure;
 
 /// The target of a simplification, for any mesh.
@@ -225,26 +226,6 @@ fn meshoptimizer(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Fai
 #[cfg(not(feature = "meshopt"))]
 fn meshoptimizer(_: &RawMesh, _: Stop, _: &PeerJob) -> Result<Done, Failure> {
     Err(Failure::Usage("this program was built without the feature meshopt".into()))
-}
-
-/// The memory of this process, as reported by Linux.
-mod memory {
-    /// Resets the peak memory; returns the memory in use, if the system reports it.
-    pub(super) fn start() -> Option<u64> {
-        std::fs::write("/proc/self/clear_refs", "5").ok()?;
-        bytes("VmRSS:")
-    }
-
-    /// The peak since then, minus the memory in use before.
-    pub(super) fn beyond(before: u64) -> Option<u64> {
-        Some(bytes("VmHWM:")?.saturating_sub(before))
-    }
-
-    fn bytes(field: &str) -> Option<u64> {
-        let status = std::fs::read_to_string("/proc/self/status").ok()?;
-        let line = status.lines().find_map(|line| line.strip_prefix(field))?;
-        Some(1024 * line.split_whitespace().next()?.parse::<u64>().ok()?)
-    }
 }
 
 #[cfg(test)]
