@@ -27,11 +27,12 @@ pub(crate) struct Merging {
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Scenes (glTF and GLB, read and written)")]
 pub(crate) struct Scenes {
-    /// Whether targets are for the whole scene or for each mesh. For the whole scene, faces are divided between meshes
-    /// so that the error of the scene is least
+    /// What targets are for: the whole scene, each node that draws a mesh, or each mesh. For the whole scene, faces are
+    /// divided between meshes so that the error of the scene is least. Nodes share a mesh unless their results differ:
+    /// with --max-error or --errors, nodes of different scales get meshes of their own
     #[arg(
         long,
-        value_name = "scene|mesh",
+        value_name = "scene|node|mesh",
         value_enum,
         default_value_t,
         hide_possible_values = true
@@ -45,6 +46,7 @@ pub(crate) struct Scenes {
 enum Per {
     #[default]
     Scene,
+    Node,
     Mesh,
 }
 
@@ -65,6 +67,7 @@ impl Scenes {
     pub(crate) fn budget(self) -> SceneBudget {
         match self.per {
             Per::Scene => SceneBudget::Scene,
+            Per::Node => SceneBudget::Node,
             Per::Mesh => SceneBudget::Mesh,
         }
     }

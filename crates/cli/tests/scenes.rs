@@ -115,6 +115,23 @@ fn errors_are_proved_in_units_of_the_scene() {
 }
 
 #[test]
+fn nodes_have_meshes_of_their_own_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "rich.glb", &rich().glb());
+    let output = folder.path().join("out.glb");
+    let output = output.to_str().unwrap();
+    let start = ["simplify", &input, "-o", output, "--max-error", "0.02", "--per"];
+    let [mesh, node] = ["mesh", "node"].map(|per| {
+        let report = json(&[&start[..], &[per]].concat());
+        (
+            report["meshes"].as_array().unwrap().len(),
+            document(output)["meshes"].as_array().unwrap().len(),
+        )
+    });
+    assert_eq!((mesh, node), ((3, 3), (4, 4)));
+}
+
+#[test]
 fn a_folder_of_scenes_stays_one() {
     let folder = tempfile::tempdir().unwrap();
     let scenes = folder.path().join("scenes");

@@ -167,7 +167,7 @@ proptest! {
             let found = rms(&drawn(&input), &drawn(&bytes(&level.scene)).mesh);
             prop_assert!(found <= 2.0 * level.rms + 1e-9, "{found} {}", level.rms);
         }
-        let (together, _) = made.together(&scene).unwrap();
+        let (together, _) = made.together().unwrap();
         let json = together.json();
         let meshes = scene.mesh_count();
         prop_assert_eq!(together.mesh_count(), 3 * meshes);

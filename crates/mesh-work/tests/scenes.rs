@@ -290,6 +290,75 @@ fn an_error_limit_is_in_units_of_the_scene() {
     assert!(relative.meshes[2].max > 0.5 * limit);
 }
 
+/// One ball, drawn at the scales 1, 10 and 1 again.
+fn one_ball() -> Builder {
+    let mut builder = Builder::new();
+    let (positions, triangles) = ball(48, 24);
+    let primitive = json!({
+        "attributes": { "POSITION": builder.positions(&positions) }, "indices": builder.indices(&triangles),
+    });
+    let mesh = builder.push("meshes", json!({ "primitives": [primitive], "name": "ball" }));
+    for scale in [1.0, 10.0, 1.0] {
+        builder.node(json!({ "mesh": mesh, "scale": [scale, scale, scale] }));
+    }
+    builder
+}
+
+fn drawn_meshes(scene: &Scene) -> Vec<usize> {
+    scene.nodes().filter_map(|node| node.mesh).collect()
+}
+
+#[test]
+fn nodes_have_meshes_of_their_own_where_their_results_differ() {
+    let mut builder = one_ball();
+    let file = builder.clone().glb();
+    let per = |budget: SceneBudget, target: SceneTarget| SceneRules {
+        target,
+        budget,
+        ..SceneRules::default()
+    };
+    let limit = SceneTarget { max_error: Some("0.02".parse().unwrap()), ..SceneTarget::default() };
+    let (made, _) = simplified(&file, &per(SceneBudget::Mesh, limit));
+    assert_eq!(drawn_meshes(&made.scene), [0, 0, 0]);
+    let large = made.meshes[0].faces[1];
+    let (made, _) = simplified(&file, &per(SceneBudget::Node, limit));
+    assert_eq!(drawn_meshes(&made.scene), [0, 1, 0]);
+    assert_eq!(made.scene.mesh_name(1), Some("ball"));
+    let [small, other] = &made.meshes[..] else { panic!("{:?}", made.meshes) };
+    assert_eq!((small.times, other.times, other.faces[1]), (2, 1, large));
+    assert!(2 * small.faces[1] < large && small.max <= 0.02 && other.max <= 0.02, "{small:?}");
+    // A share of the faces is the same for all nodes.
+    let (made, bytes) = simplified(&file, &per(SceneBudget::Node, to_ratio(0.3).target));
+    assert_eq!(drawn_meshes(&made.scene), [0, 0, 0]);
+    assert!(simplified(&file, &per(SceneBudget::Mesh, to_ratio(0.3).target)).1 == bytes);
+    // Instances of a node count.
+    let places = builder.floats(&[[5.0, 0.0, 0.0], [-5.0, 0.0, 0.0], [0.0, 5.0, 0.0]]);
+    builder.json["nodes"][2]["extensions"] =
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+    builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
+    let file = builder.clone().glb();
+    let faces = SceneTarget { faces: Some(900), ..SceneTarget::default() };
+    let (made, _) = simplified(&file, &per(SceneBudget::Node, faces));
+    assert_eq!(drawn_meshes(&made.scene), [0, 0, 1]);
+    let found: Vec<_> = made.meshes.iter().map(|mesh| (mesh.times, mesh.faces[1])).collect();
+    assert_eq!(found, [(2, 900), (3, 300)]);
+    // Levels of detail are those of the nodes.
+    let steps = SceneSteps { errors: vec!["0.02".parse().unwrap()], ..SceneSteps::default() };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let rules = per(SceneBudget::Node, SceneTarget::default());
+    let made = scene_levels(&scene(&file), &steps, &rules, go_on).unwrap();
+    let faces: Vec<_> = made.levels[0].meshes.iter().map(|mesh| mesh.faces[1]).collect();
+    assert!(matches!(faces[..], [small, large] if 2 * small < large), "{faces:?}");
+    assert_eq!(made.together().unwrap().0.mesh_count(), 4);
+    // A path into a mesh cannot name its copy.
+    builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing", "KHR_animation_pointer"]);
+    builder.json["nodes"][0]["extensions"] = json!({ "KHR_animation_pointer": {} });
+    let error =
+        simplify_scene(&scene(&builder.clone().glb()), &per(SceneBudget::Node, limit), go_on);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("KHR_animation_pointer") && error.contains("same result"), "{error}");
+}
+
 /// The same bits, whatever the number of threads.
 #[test]
 fn the_division_of_faces_does_not_depend_on_chance() {
@@ -371,7 +440,7 @@ fn levels_carry_all_data_and_animations_drive_all_of_them() {
     animation["channels"].as_array_mut().unwrap().push(json!({ "sampler": 0, "target": target }));
     let input = scene(&builder.glb());
     let made = scene_levels(&input, &steps, &SceneRules::default(), go_on).unwrap();
-    let (together, lost) = made.together(&input).unwrap();
+    let (together, lost) = made.together().unwrap();
     assert_eq!(lost, []);
     let json = together.json();
     let channels = json["animations"][0]["channels"].as_array().unwrap();
@@ -386,7 +455,7 @@ fn levels_carry_all_data_and_animations_drive_all_of_them() {
     assert!(json["extensionsUsed"].as_array().unwrap().contains(&"MSFT_lod".into()));
     // A scene with levels gets no others.
     let again = scene_levels(&together, &steps, &SceneRules::default(), go_on).unwrap();
-    let error = again.together(&together).unwrap_err().to_string();
+    let error = again.together().unwrap_err().to_string();
     assert!(error.contains("MSFT_lod") && error.contains("file of its own"), "{error}");
 }
 

@@ -287,7 +287,11 @@ pub(crate) struct SceneRulesGiven {
 
 impl SceneRulesGiven {
     fn rules(&self, target: SceneTarget) -> Result<SceneRules, Failure> {
-        let budgets = [("scene", SceneBudget::Scene), ("mesh", SceneBudget::Mesh)];
+        let budgets = [
+            ("scene", SceneBudget::Scene),
+            ("node", SceneBudget::Node),
+            ("mesh", SceneBudget::Mesh),
+        ];
         Ok(SceneRules {
             target,
             budget: choose("per", &self.per, &budgets)?,
@@ -437,7 +441,7 @@ pub(crate) fn lod_scene<'py>(
         given.check_some(made.levels.first().map_or(0, |level| level.meshes.len()))?;
         let repairs = repairs(made.repairs.iter());
         repair_warning::put_of_scene(&repairs);
-        let all = together.then(|| made.together(&given.0.scene)).transpose();
+        let all = together.then(|| made.together()).transpose();
         // What is lost is lost in the levels as well.
         let all = all.map_err(Failure::from)?.map(|(scene, _)| scene);
         Ok((made, all, repairs))

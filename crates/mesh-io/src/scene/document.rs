@@ -228,6 +228,15 @@ pub(super) fn push_all(json: &mut Value, name: &str, items: impl IntoIterator<It
     }
 }
 
+/// Appends an item to a list of the document, and returns its index.
+pub(super) fn push(json: &mut Value, list: &str, item: Value) -> usize {
+    let items = list_mut(json, list).len();
+    if let Some(list) = json.get_mut(list).and_then(Value::as_array_mut) {
+        list.push(item);
+    }
+    items
+}
+
 /// The typed parts of a document.
 pub(super) fn root_of(json: &Value) -> Result<Root, serde_json::Error> {
     Root::deserialize(json)

@@ -1,6 +1,6 @@
 //! Levels of detail of a scene in one document (`MSFT_lod`).
 
-use super::document::{Scene, list_mut};
+use super::document::{Scene, list_mut, push};
 use super::extensions::occurs;
 use super::replace::{Edit, NewMesh};
 use crate::error::WriteError;
@@ -71,15 +71,6 @@ impl Scene {
         }
         edit.finish(self, json)
     }
-}
-
-/// Appends an item to a list of the document, and returns its index.
-fn push(json: &mut Value, list: &str, item: Value) -> usize {
-    let items = list_mut(json, list).len();
-    if let Some(list) = json.get_mut(list).and_then(Value::as_array_mut) {
-        list.push(item);
-    }
-    items
 }
 
 /// Whether an animation moves each node.

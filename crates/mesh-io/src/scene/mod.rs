@@ -7,11 +7,12 @@
 //! hold indices of accessors, views and buffers, and `extensions`, which of them are known; `colors` of
 //! files that do not mark them; `geometry`, the content of
 //! a mesh; `placement`, where meshes are drawn; `prune`, which drops what nothing refers to any more; `replace`;
-//! `levels` in one document; `reorder` and `compress`; `write`.
+//! `divide`, copies of shared meshes; `levels` in one document; `reorder` and `compress`; `write`.
 
 mod check;
 mod colors;
 mod compress;
+mod divide;
 mod document;
 mod extensions;
 mod geometry;

@@ -5,6 +5,7 @@
 use serde_json::{Map, Value, json};
 
 /// A document that grows.
+#[derive(Clone)]
 pub(crate) struct Builder {
     pub(crate) json: Value,
     bytes: Vec<u8>,

@@ -8,7 +8,7 @@ use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use simplify::{CollapseLog, Options, Progress, Target, collapses_within, simplify_observed};
 
 use super::budget::split;
-use super::parts::{Part, in_units, parts, scene_diagonal};
+use super::parts::{Part, divided, in_units, parts, scene_diagonal};
 use super::rules::{SceneBudget, SceneError, SceneRules};
 use crate::length::Length;
 use crate::levels::{SAMPLES, shown_from};
@@ -39,6 +39,8 @@ pub struct SceneLevels {
     pub repairs: Vec<BuildReport>,
     /// The number of meshes of which each face had a normal of its own. The levels have no normals there.
     pub flat_shaded: usize,
+    /// The input, in which nodes that need different levels have meshes of their own.
+    input: Scene,
     meshes: Vec<usize>,
     /// The new meshes of each level, and the shares of the screen for each mesh.
     new: Vec<Vec<NewMesh>>,
@@ -92,9 +94,9 @@ impl SceneLevels {
     ///
     /// # Errors
     /// As [`Scene::with_levels`].
-    pub fn together(&self, scene: &Scene) -> Result<(Scene, Vec<Lost>), WriteError> {
+    pub fn together(&self) -> Result<(Scene, Vec<Lost>), WriteError> {
         let coverage = self.meshes.iter().copied().zip(self.of_meshes.iter().cloned()).collect();
-        scene.with_levels(&self.new, &coverage)
+        self.input.with_levels(&self.new, &coverage)
     }
 }
 
@@ -119,6 +121,8 @@ pub fn scene_levels(
     rules: &SceneRules,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<SceneLevels, SceneError> {
+    let own = divided(scene, rules, !steps.faces.is_empty(), !steps.errors.is_empty())?;
+    let scene = own.as_ref().unwrap_or(scene);
     let parts = parts(scene, rules)?;
     let in_units = |&length: &Length| in_units(length, steps.relative, &parts);
     let errors = steps.errors.iter().map(in_units).collect::<Result<Vec<_>, _>>()?;
@@ -154,6 +158,7 @@ pub fn scene_levels(
         coverage,
         repairs: parts.iter().map(|part| part.loaded.report.clone()).collect(),
         flat_shaded: parts.iter().filter(|part| part.attributes.is_flat_shaded()).count(),
+        input: scene.clone(),
         meshes: parts.iter().map(|part| part.mesh).collect(),
         of_meshes: parts.iter().enumerate().map(of_mesh).collect(),
         new: all_new,
@@ -167,6 +172,7 @@ struct Budgets {
     wanted: Vec<(Option<f64>, Option<usize>)>,
     /// The number of drawn faces.
     total: usize,
+    budget: SceneBudget,
     /// Whether several drawn meshes share the faces.
     are_shared: bool,
 }
@@ -179,6 +185,7 @@ impl Budgets {
         Self {
             wanted: ratios.chain(faces).collect(),
             total: drawn().map(|part| part.times * part.faces()).sum(),
+            budget: rules.budget,
             are_shared: rules.budget == SceneBudget::Scene && drawn().count() > 1,
         }
     }
@@ -197,8 +204,10 @@ impl Budgets {
     fn alone(&self, part: &Part, (ratio, faces): (Option<f64>, Option<usize>)) -> usize {
         let of_ratio = |ratio: f64| (ratio * part.faces() as f64).ceil() as usize;
         match (part.times, faces) {
-            (0, Some(_)) => of_ratio(self.ratio((ratio, faces))),
-            (times, Some(faces)) => faces / times,
+            (0, Some(_)) if self.budget == SceneBudget::Scene => {
+                of_ratio(self.ratio((ratio, faces)))
+            }
+            (_, Some(faces)) => faces / part.times_for(self.budget),
             _ => of_ratio(ratio.unwrap_or(1.0)),
         }
     }

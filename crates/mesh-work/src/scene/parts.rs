@@ -1,12 +1,14 @@
 //! The meshes of a scene, ready for the simplification.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_io::{Format, NewMesh, Scene, SceneDraw, SceneMesh, ScenePrimitive};
 use simplify::{CollapseLog, Metric, SimplifyError};
 
 use super::budget::Collapses;
-use super::rules::{SceneError, SceneRules};
+use super::rules::{SceneBudget, SceneError, SceneRules};
 use super::transfer::transfer;
 use crate::attributes::Attributes;
 use crate::length::{Length, diagonal};
@@ -78,6 +80,41 @@ pub(super) fn parts(scene: &Scene, rules: &SceneRules) -> Result<Vec<Part>, Scen
     Ok(parts)
 }
 
+/// Scales that differ by less than this part are equal.
+const SAME_SCALE: f64 = 1e-6;
+
+/// The scene in which nodes have a mesh of their own if a target for each node makes their results differ: a number of
+/// faces, if they draw the mesh a different number of times; a distance, if they draw it at different scales.
+pub(super) fn divided(
+    scene: &Scene,
+    rules: &SceneRules,
+    has_faces: bool,
+    has_distance: bool,
+) -> Result<Option<Scene>, SceneError> {
+    if rules.budget != SceneBudget::Node {
+        return Ok(None);
+    }
+    let mut groups: Vec<(SceneDraw, Vec<usize>)> = Vec::new();
+    for draw in scene.draws()? {
+        let scale = draw.scale();
+        let is_same = |other: &SceneDraw| {
+            let is_near = (other.scale() - scale).abs() <= SAME_SCALE * scale;
+            other.mesh == draw.mesh
+                && (!has_faces || other.times == draw.times)
+                && (!has_distance || is_near || !scale.is_finite())
+        };
+        match groups.iter_mut().find(|(other, _)| is_same(other)) {
+            Some((_, nodes)) => nodes.push(draw.node),
+            None => groups.push((draw.clone(), vec![draw.node])),
+        }
+    }
+    let mut seen = BTreeSet::new();
+    // The first group of each mesh keeps it, together with all nodes that are not drawn.
+    let others = groups.into_iter().filter(|(draw, _)| !seen.insert(draw.mesh));
+    let others: Vec<Vec<usize>> = others.map(|(_, nodes)| nodes).collect();
+    if others.is_empty() { Ok(None) } else { Ok(Some(scene.with_own_meshes(&others)?)) }
+}
+
 /// The diagonal of the bounding box of the drawn meshes; `None` if nothing is drawn.
 pub(super) fn scene_diagonal(parts: &[Part]) -> Option<f64> {
     let mut bounds: Option<[DVec3; 2]> = None;
@@ -108,6 +145,16 @@ pub(super) fn in_units(length: Length, relative: bool, parts: &[Part]) -> Result
 impl Part {
     pub(super) fn faces(&self) -> usize {
         self.loaded.mesh.topology().face_count()
+    }
+
+    /// The number of times that the mesh is drawn by what a number of faces is for.
+    pub(super) fn times_for(&self, budget: SceneBudget) -> usize {
+        match budget {
+            SceneBudget::Scene => self.times.max(1),
+            SceneBudget::Mesh => 1,
+            // All nodes draw it the same number of times.
+            SceneBudget::Node => self.draws.first().map_or(1, |draw| draw.times).max(1),
+        }
     }
 
     pub(super) fn error(&self, source: SimplifyError) -> SceneError {

@@ -11,7 +11,7 @@ use simplify::{
 };
 
 use super::budget::{Collapses, split};
-use super::parts::{Part, in_units, parts};
+use super::parts::{Part, divided, in_units, parts};
 use super::rules::{SceneBudget, SceneError, SceneRules, SceneTarget};
 use crate::attributes::Attributes;
 use crate::charts::MergedCharts;
@@ -76,7 +76,8 @@ const SAMPLES: [usize; 2] = [500, 20_000];
 /// With [`SceneBudget::Scene`], the drawn faces are divided so that the next collapse of each mesh costs about the same in
 /// units of the scene, as if one queue had the collapses of all meshes. The costs are those of a first run for each mesh,
 /// without refinement. The smallest charts of all meshes are merged first. A mesh that the default scene does not draw
-/// has its own budget, with the same ratio.
+/// has its own budget, with the same ratio. With [`SceneBudget::Node`], nodes that need different results get copies of
+/// their mesh.
 /// A single mesh gives the same geometry as [`simplify_observed`] with the same options.
 ///
 /// # Errors
@@ -86,8 +87,10 @@ pub fn simplify_scene(
     rules: &SceneRules,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<SimplifiedScene, SceneError> {
+    let SceneTarget { faces, max_error, relative, .. } = rules.target;
+    let own = divided(scene, rules, faces.is_some(), max_error.is_some())?;
+    let scene = own.as_ref().unwrap_or(scene);
     let parts = parts(scene, rules)?;
-    let SceneTarget { max_error, relative, .. } = rules.target;
     let max_error = max_error.map(|length| in_units(length, relative, &parts)).transpose()?;
     let shares = shares(&parts, rules)?;
     let (mut new, mut meshes) = (Vec::new(), Vec::new());
@@ -112,12 +115,14 @@ fn shares(parts: &[Part], rules: &SceneRules) -> Result<Vec<Share>, SceneError> 
     let SceneTarget { faces, ratio, .. } = rules.target;
     let whole = Target { faces, ratio, ..Target::default() };
     let alone = |part: &Part, target: Target| {
+        let faces = target.faces.map(|faces| faces / part.times_for(rules.budget));
+        let target = Target { faces, ..target };
         let merge = || part.attributes.merge_charts(&part.loaded.mesh, &target);
         Share { target, merged: (!rules.keep_seams).then(merge).flatten() }
     };
     let drawn: Vec<&Part> = parts.iter().filter(|part| part.times > 0).collect();
     let total: usize = drawn.iter().map(|part| part.times * part.faces()).sum();
-    if (faces.is_none() && ratio.is_none()) || rules.budget == SceneBudget::Mesh {
+    if (faces.is_none() && ratio.is_none()) || rules.budget != SceneBudget::Scene {
         return Ok(parts.iter().map(|part| alone(part, whole)).collect());
     }
     let budget = whole.face_target(total);
@@ -125,10 +130,7 @@ fn shares(parts: &[Part], rules: &SceneRules) -> Result<Vec<Share>, SceneError> 
     let mut of_drawn = match drawn.as_slice() {
         [] => Vec::new(),
         // The share is rounded as for a single mesh.
-        [one] => {
-            let faces = faces.map(|faces| faces / one.times);
-            vec![alone(one, Target { faces, ratio, ..Target::default() })]
-        }
+        [one] => vec![alone(one, whole)],
         several => together(several, rules, budget, ratio_of_all)?,
     }
     .into_iter();

@@ -117,8 +117,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         let mut outputs = Outputs::default();
         match &place {
             Place::Together(path) => {
-                let (together, _) =
-                    made.together(&scene).map_err(|error| Failure::write(path, error))?;
+                let (together, _) = made.together().map_err(|error| Failure::write(path, error))?;
                 all = together;
                 tell_pictures(input, path, &scene, console);
                 outputs.add_scene(path, &all, &options.save);

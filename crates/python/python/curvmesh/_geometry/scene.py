@@ -484,8 +484,8 @@ def simplify_scene(
     relative : bool
         Whether a number for `max_error` is a share of the diagonal.
     per : str
-        Whether targets are for the whole ``"scene"``, whose faces are divided so that the error is least, or
-        for each ``"mesh"``.
+        Whether targets are for the whole ``"scene"``, whose faces are divided so that the error is least, for
+        each ``"mesh"``, or for each ``"node"`` that draws a mesh. Nodes share a mesh unless their results differ.
     callback : callable, optional
         As for :func:`simplify`. ``faces`` and ``steps`` are those of the mesh at work.
     keep_partial : bool
