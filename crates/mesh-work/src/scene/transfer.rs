@@ -164,8 +164,8 @@ impl<'m> Primitive<'m> {
     /// All values of a corner, in the order of the columns.
     fn values(&self, corner: &Corner, blend: Blend) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let influences =
-            if blend.weights.contains(&1.0) { Vec::new() } else { self.influences(&blend) };
+        let is_copy = blend.weights.contains(&1.0) && self.has_unit_sum(blend.nearest());
+        let influences = if is_copy { Vec::new() } else { self.influences(&blend) };
         for column in &self.columns {
             column.push(corner, &blend, &influences, &mut bytes);
         }
@@ -173,6 +173,16 @@ impl<'m> Primitive<'m> {
             column.push(corner, &blend, &[], &mut bytes);
         }
         bytes
+    }
+
+    /// Whether the weights of a vertex have the sum 1, up to rounding.
+    fn has_unit_sum(&self, vertex: u32) -> bool {
+        let weights = self.skin.iter().flat_map(|[_, weights]| {
+            (0..4).map(|k| weights.get(vertex as usize, k) / weights.one())
+        });
+        let sum: f64 = weights.sum();
+        // All weights may be 0, which leaves the vertex to the reader.
+        sum == 0.0 || (sum - 1.0).abs() <= UNIT_SUM
     }
 
     /// The joints at a corner with their weights, as many as there is room for, from the largest weight.
@@ -256,6 +266,9 @@ impl<'m> Primitive<'m> {
     }
 }
 
+/// Validators accept weights whose sum differs from 1 by a little less than this.
+const UNIT_SUM: f64 = 5e-7;
+
 /// The numbers of the features that a vertex belongs to, also where the file has them as floating point.
 const FEATURE_IDS: [&str; 2] = ["_FEATURE_ID_", "_BATCHID"];
 
@@ -302,12 +315,14 @@ impl Column<'_> {
                 None => self.copy(blend.nearest(), bytes),
             },
             Rule::Tangent => self.push_tangent(corner.normal, blend, bytes),
-            _ if blend.weights.contains(&1.0) => self.copy(blend.nearest(), bytes),
-            Rule::Joints(set) => (0..4).for_each(|k| new.encode(influence(*set, k).0, bytes)),
-            Rule::Weights(set) => {
+            Rule::Joints(set) if !influences.is_empty() => {
+                (0..4).for_each(|k| new.encode(influence(*set, k).0, bytes))
+            }
+            Rule::Weights(set) if !influences.is_empty() => {
                 (0..4).for_each(|k| new.encode(influence(*set, k).1 * new.one(), bytes));
             }
-            Rule::Nearest => self.copy(blend.nearest(), bytes),
+            _ if blend.weights.contains(&1.0) => self.copy(blend.nearest(), bytes),
+            Rule::Joints(_) | Rule::Weights(_) | Rule::Nearest => self.copy(blend.nearest(), bytes),
             Rule::Blend => {
                 (0..old.width).for_each(|k| new.encode(self.blended(blend, k), bytes));
             }
