@@ -6,7 +6,7 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use mesh_core::build::BuildReport;
 use mesh_io::{Format, Lost};
-use mesh_work::SceneBudget;
+use mesh_work::{SceneBudget, SceneRules};
 
 use crate::console::Console;
 use crate::failure::Failure;
@@ -38,6 +38,10 @@ pub(crate) struct Scenes {
         hide_possible_values = true
     )]
     per: Per,
+    /// Number of poses in which the errors of meshes with skins or morph targets count, besides the pose of the file.
+    /// They are the shapes that differ most: morph targets, key frames of animations. 0 for the pose of the file only
+    #[arg(long, value_name = "N", default_value_t = SceneRules::default().poses)]
+    poses: usize,
     #[command(flatten)]
     pub(crate) merging: Merging,
 }
@@ -64,7 +68,12 @@ const NEEDING_ONE: [&str; 9] = [
 ];
 
 impl Scenes {
-    pub(crate) fn budget(self) -> SceneBudget {
+    /// Rules for scenes, with the choices of these options.
+    pub(crate) fn rules(self, rules: SceneRules) -> SceneRules {
+        SceneRules { budget: self.budget(), poses: self.poses, ..rules }
+    }
+
+    fn budget(self) -> SceneBudget {
         match self.per {
             Per::Scene => SceneBudget::Scene,
             Per::Node => SceneBudget::Node,

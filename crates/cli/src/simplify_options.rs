@@ -348,7 +348,7 @@ pub(crate) fn settings(options: &Options) -> Options {
         },
         refine: *refine,
         tolerance: *tolerance,
-        attributes: AttributeOptions { corners: None, weight: attributes.weight },
+        attributes: AttributeOptions { weight: attributes.weight, ..AttributeOptions::default() },
         record: *record,
     }
 }

@@ -115,6 +115,32 @@ fn errors_are_proved_in_units_of_the_scene() {
 }
 
 #[test]
+fn errors_of_a_mesh_that_deforms_are_those_of_its_poses() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "rich.glb", &rich().glb());
+    let output = folder.path().join("out.glb");
+    let output = output.to_str().unwrap();
+    let start = ["simplify", &input, "-o", output, "--ratio", "0.3"];
+    let report = json(&start);
+    let [wheel, arm] = [0, 1].map(|mesh| &report["meshes"][mesh]);
+    assert!(wheel.get("poses").is_none(), "{wheel}");
+    // The morph target alone, and the turned joint.
+    assert!(arm["poses"]["count"].as_u64().unwrap() >= 2, "{arm}");
+    assert!(arm["poses"]["max"].as_f64() >= arm["poses"]["rms"].as_f64(), "{arm}");
+    let one = json(&[&start[..], &["--poses", "1"]].concat());
+    assert_eq!(one["meshes"][1]["poses"]["count"], 1);
+    let none = json(&[&start[..], &["--poses", "0"]].concat());
+    assert!(none["meshes"][1].get("poses").is_none());
+    let (_, said) = code(&start);
+    assert!(said.contains("other poses"), "{said}");
+    // An error limit holds in the poses too.
+    let limits = ["simplify", &input, "-o", output, "--max-error", "0.05"];
+    let arm = json(&limits)["meshes"][1].clone();
+    assert!(arm["poses"]["max"].as_f64().unwrap() <= 0.05, "{arm}");
+    assert!(arm["faces_out"].as_u64() < arm["faces_in"].as_u64(), "{arm}");
+}
+
+#[test]
 fn nodes_have_meshes_of_their_own_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let input = file(folder.path(), "rich.glb", &rich().glb());

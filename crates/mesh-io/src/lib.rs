@@ -61,7 +61,8 @@ pub use scalars::{ScalarType, ScalarValues, Scalars};
 pub use scan::{Scanned, scan, scan_from};
 #[cfg(feature = "gltf")]
 pub use scene::{
-    NewMesh, NewPrimitive, Scene, SceneDraw, SceneMesh, SceneNode, ScenePrimitive, VertexData,
+    NewMesh, NewPrimitive, Scene, SceneDraw, SceneMesh, SceneNode, ScenePose, ScenePrimitive,
+    VertexData,
 };
 pub use stl::StlColors;
 pub use text::printable;

@@ -164,7 +164,7 @@ impl Attributes {
         // The curvature norms have no attribute term. The values are weighted already.
         let counting = !options.cost.metric.is_norm();
         let corners = self.of_corners.clone().filter(|_| counting);
-        options.attributes = AttributeOptions { corners, weight: 1.0 };
+        options.attributes = AttributeOptions { corners, ..AttributeOptions::default() };
     }
 
     /// The simplified mesh with the attributes of the input. `became` maps old to new vertices.

@@ -283,6 +283,7 @@ pub(crate) struct SceneRulesGiven {
     attributes: RulesGiven,
     keep_seams: bool,
     per: String,
+    poses: usize,
 }
 
 impl SceneRulesGiven {
@@ -298,6 +299,7 @@ impl SceneRulesGiven {
             choices: self.choices.choices()?,
             attributes: self.attributes.rules()?,
             keep_seams: self.keep_seams,
+            poses: self.poses,
             ..SceneRules::default()
         })
     }
@@ -412,6 +414,7 @@ fn mesh_of_scene<'py>(py: Python<'py>, mesh: &MeshOfScene) -> PyResult<Bound<'py
     });
     found.set_item("shortfall", shortfall)?;
     found.set_item("charts", mesh.charts.map(|[before, after]| (before, after)))?;
+    found.set_item("poses", mesh.deformed.map(|found| (found.poses, found.rms, found.max)))?;
     Ok(found)
 }
 

@@ -234,6 +234,7 @@ def test_a_simplified_scene_keeps_all_but_its_triangles(scene: cm.Scene) -> None
 OPTIONS: list[tuple[dict[str, Any], list[str]]] = [
     ({"ratio": 0.3}, ["--ratio", "0.3"]),
     ({"faces": 2000, "per": "mesh"}, ["--faces", "2000", "--per", "mesh"]),
+    ({"ratio": 0.3, "poses": 0}, ["--ratio", "0.3", "--poses", "0"]),
     ({"max_error": "0.5%", "per": "node"}, ["--max-error", "0.5%", "--per", "node"]),
     ({"max_error": "0.2%", "preset": "fast", "verify": True}, ["--max-error", "0.2%", "--preset", "fast", "--verify"]),
     ({"ratio": 0.2, "lock_boundary": True, "keep_seams": True}, ["--ratio", "0.2", "--lock-boundary", "--keep-seams"]),

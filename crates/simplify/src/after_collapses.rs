@@ -164,6 +164,10 @@ impl AfterCollapses<'_> {
     fn steps(&self) -> Steps {
         let steps =
             self.options.refine.steps(&self.options.protect, self.face_target().saturating_sub(1));
+        if self.options.attributes.poses.is_some() {
+            // These stages would move faces to where the errors are in one pose.
+            return Steps { anneal: None, max_error: None, ..steps };
+        }
         // Stages that raise the mean distance are undone.
         let is_small = self.mesh.topology().face_count() <= SMALL;
         Steps { undo: is_small && self.options.counts_mean(), ..steps }

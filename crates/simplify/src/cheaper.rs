@@ -74,9 +74,10 @@ pub(crate) fn closest(
 }
 
 /// The options with the method of the next cheaper preset, if they belong to a preset and the mesh is small enough.
-/// Targets, protection and attributes are the same.
+/// Targets, protection and attributes are the same. With poses, the mean distance in one of them does not count.
 fn cheaper(options: &Options, faces: usize) -> Option<(Preset, Options)> {
-    if !options.counts_mean() || options.target.time.is_some() {
+    let has_poses = options.attributes.poses.is_some();
+    if !options.counts_mean() || has_poses || options.target.time.is_some() {
         return None;
     }
     let with_method_of = |preset: Preset| {

@@ -8,7 +8,7 @@ use mesh_collapse::{
     Progress, Quadric, Run, Start, collapse_edges_from,
 };
 use mesh_core::TriMesh;
-use mesh_refine::AttributeDeviation;
+use mesh_refine::{AttributeDeviation, Posed};
 
 use crate::options::{Metric, Options, PlacementRule};
 
@@ -30,6 +30,13 @@ pub(crate) fn collapse(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
     let start = Start::default();
+    if let Some(poses) = &options.attributes.poses
+        && let Some(cost) = options.cost.metric.cost()
+        && let Some(placement) = options.placement.placement()
+    {
+        let cost = Posed::new(cost, poses.clone());
+        return with_both(cost, placement, mesh, start, options, observe);
+    }
     match options.cost.metric {
         Metric::Quadric => with_cost(GarlandHeckbert::new(), mesh, start, options, observe),
         Metric::IncrementalQuadric => {

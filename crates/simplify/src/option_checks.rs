@@ -4,7 +4,7 @@ use mesh_collapse::FaceLimits;
 use mesh_core::TriMesh;
 
 use crate::error::SimplifyError;
-use crate::options::{Options, PlacementRule};
+use crate::options::{Metric, Options, PlacementRule};
 
 /// An error if the mesh cannot be simplified by these options.
 pub(crate) fn check(mesh: &TriMesh, options: &Options) -> Result<(), SimplifyError> {
@@ -45,6 +45,10 @@ impl Options {
         )?;
         let corners = attributes.counting().map(|_| "attributes.corners");
         conflict(corners, norm, "choose another metric, or no attributes")?;
+        let poses = attributes.poses.as_ref().map(|_| "attributes.poses");
+        conflict(poses, norm, "choose another metric, or no poses")?;
+        let custom = (cost.metric == Metric::Custom).then_some("a custom cost");
+        conflict(poses, custom, "name a metric, or wrap the cost in Posed")?;
         let no_fit = (!refine.fit).then_some("refine.fit = false");
         conflict(
             refine.anneal.then_some("refine.anneal"),

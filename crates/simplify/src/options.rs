@@ -4,7 +4,8 @@ use core::str::FromStr;
 
 use mesh_collapse::{Protect, Schedule, Target};
 use mesh_refine::{
-    AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions, Steps, UnfoldOptions,
+    AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions, Poses, Steps,
+    UnfoldOptions,
 };
 
 use crate::tolerance::measure::ErrorCheck;
@@ -112,11 +113,14 @@ pub struct AttributeOptions {
     pub corners: Option<CornerAttributes>,
     /// Their weight; 0 for none.
     pub weight: f64,
+    /// The poses of a mesh that deforms: errors count in all of them, see [`Posed`](crate::Posed). Vertices are fitted in
+    /// the pose of the input, and no further refinement is done. Not with the curvature norms.
+    pub poses: Option<Poses>,
 }
 
 impl Default for AttributeOptions {
     fn default() -> Self {
-        Self { corners: None, weight: 1.0 }
+        Self { corners: None, weight: 1.0, poses: None }
     }
 }
 
@@ -349,6 +353,7 @@ impl Options {
             (collapses.is_some(), "target.collapses"),
             (time.is_some(), "target.time"),
             (self.attributes.counting().is_some(), "attributes.corners"),
+            (self.attributes.poses.is_some(), "attributes.poses"),
         ];
         conflicts.into_iter().find_map(|(is_set, option)| is_set.then_some(option))
     }

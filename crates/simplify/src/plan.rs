@@ -6,7 +6,7 @@
 //! The parallel schedule over blocks knows accumulated quadrics, optimal placement, and limits on normals and shapes.
 //! With the hybrid metric these quadrics do the first part, and the greedy loop does the rest, block by block as long
 //! as there are enough faces. Any other option makes the greedy loop do the whole run over the whole mesh: other
-//! metrics and placements, attributes, locked vertices and boundaries, feature lines, kept faces, importance of vertices,
+//! metrics and placements, attributes, poses, locked vertices and boundaries, feature lines, kept faces, importance of vertices,
 //! limits on edges, angles, valences, components and intersections, custom policies, and targets other than faces and
 //! time.
 
@@ -83,6 +83,7 @@ impl BlockRules {
             options.target;
         let can = cost.schedule == Schedule::Parallel
             && attributes.counting().is_none()
+            && attributes.poses.is_none()
             // Levels that are refined as they are have more faces when they come from blocks.
             && (tolerance.distance.is_none() || tolerance.decimate)
             && boundary != Boundary::Lock

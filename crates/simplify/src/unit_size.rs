@@ -31,6 +31,7 @@ impl Options {
         let limits =
             FaceLimits { max_edge: length(self.protect.limits.max_edge), ..self.protect.limits };
         let corners = self.attributes.corners.as_ref().map(|corners| corners.scaled(scale));
+        let poses = self.attributes.poses.as_ref().map(|poses| poses.scaled(scale));
         Self {
             target: Target { cost, ..self.target },
             protect: Protect { limits, ..self.protect.clone() },
@@ -38,7 +39,7 @@ impl Options {
                 distance: length(self.tolerance.distance),
                 ..self.tolerance
             },
-            attributes: AttributeOptions { corners, ..self.attributes },
+            attributes: AttributeOptions { corners, poses, weight: self.attributes.weight },
             ..self.clone()
         }
     }

@@ -14,6 +14,7 @@ mod max_error;
 mod norm;
 mod options;
 mod own_policies;
+mod poses;
 mod published;
 mod regressions;
 mod scales;

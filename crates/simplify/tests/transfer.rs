@@ -87,7 +87,7 @@ fn faces_do_not_turn_over_in_the_texture() {
         let mut options = Options::preset(Preset::Fast).to_faces(120);
         let of_corner = |h: HalfEdgeId| texture(mesh.position(topology.origin(h)));
         let corners = CornerAttributes::new(&mesh, has_texture, of_corner).unwrap();
-        options.attributes = AttributeOptions { corners: Some(corners), weight };
+        options.attributes = AttributeOptions { corners: Some(corners), weight, poses: None };
         let result = simplify(&mesh, &options).unwrap();
         let no_seam = topology.edge_map(false);
         let sources = corner_sources(&mesh, &no_seam, None, &result.mesh, &result.vertex_map);
@@ -122,7 +122,7 @@ fn corners_at_a_seam_move_with_their_own_side() {
     };
     let mut options = Options::preset(Preset::Fast).to_faces(60);
     let corners = CornerAttributes::new(&mesh, true, of_corner).unwrap();
-    options.attributes = AttributeOptions { corners: Some(corners), weight: 1.0 };
+    options.attributes = AttributeOptions { corners: Some(corners), ..AttributeOptions::default() };
     let result = simplify(&mesh, &options).unwrap();
     assert!(result.mesh.topology().face_count() <= 60);
     assert_eq!(result.rejections.of(Rejection::TextureFold), 0);

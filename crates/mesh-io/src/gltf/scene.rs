@@ -88,7 +88,8 @@ pub(crate) fn local(node: &Node) -> DMat4 {
     }
 }
 
-fn placement(
+/// The transform of a node with these members.
+pub(crate) fn placement(
     translation: Option<[f32; 3]>,
     rotation: Option<[f32; 4]>,
     scale: Option<[f32; 3]>,

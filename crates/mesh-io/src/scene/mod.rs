@@ -6,7 +6,8 @@
 //! Layers, lowest first: `vertex_data`; `document`, reading and access; `references`, the places of a document that
 //! hold indices of accessors, views and buffers, and `extensions`, which of them are known; `colors` of
 //! files that do not mark them; `geometry`, the content of
-//! a mesh; `placement`, where meshes are drawn; `prune`, which drops what nothing refers to any more; `replace`;
+//! a mesh; `placement`, where meshes are drawn, and `poses`, the shapes that
+//! they take there; `prune`, which drops what nothing refers to any more; `replace`;
 //! `divide`, copies of shared meshes; `levels` in one document; `reorder` and `compress`; `write`.
 
 mod check;
@@ -18,6 +19,7 @@ mod extensions;
 mod geometry;
 mod levels;
 mod placement;
+mod poses;
 mod prune;
 mod references;
 mod reorder;
@@ -28,5 +30,6 @@ mod write;
 pub use document::{Scene, SceneNode};
 pub use geometry::{SceneMesh, ScenePrimitive};
 pub use placement::SceneDraw;
+pub use poses::ScenePose;
 pub use replace::{NewMesh, NewPrimitive};
 pub use vertex_data::VertexData;

@@ -138,17 +138,23 @@ impl SceneDraw {
 
 /// The transforms of the joints of a skin, from the mesh to the scene.
 fn joints(document: &Document, skin: &Skin, worlds: &[DMat4]) -> Result<Vec<DMat4>, ReadErrorKind> {
+    let inverse = inverse_binds(document, skin)?;
+    let world = |joint: u32| worlds.get(joint as usize).copied().unwrap_or(DMat4::IDENTITY);
+    Ok(skin.joints.iter().zip(inverse).map(|(&joint, inverse)| world(joint) * inverse).collect())
+}
+
+/// The inverse bind matrix of each joint of a skin.
+pub(super) fn inverse_binds(document: &Document, skin: &Skin) -> Result<Vec<DMat4>, ReadErrorKind> {
     let path = "skins.inverseBindMatrices";
     let inverse = match skin.inverse_bind_matrices {
         Some(accessor) => document.values(accessor, path, 16..=16)?.to_vec::<16>(0.0)?,
         None => Vec::new(),
     };
-    let joint = |(place, &joint): (usize, &u32)| {
-        let world = worlds.get(joint as usize).copied().unwrap_or(DMat4::IDENTITY);
-        let bind = inverse.get(place).map(|matrix| matrix.map(f64::from));
-        world * bind.map_or(DMat4::IDENTITY, |matrix| DMat4::from_cols_array(&matrix))
+    let matrix = |place: usize| {
+        let matrix = inverse.get(place).map(|matrix| matrix.map(f64::from));
+        matrix.map_or(DMat4::IDENTITY, |matrix| DMat4::from_cols_array(&matrix))
     };
-    Ok(skin.joints.iter().enumerate().map(joint).collect())
+    Ok((0..skin.joints.len()).map(matrix).collect())
 }
 
 /// The largest singular value of a matrix, the root of the largest eigenvalue of its square.

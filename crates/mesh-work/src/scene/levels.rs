@@ -261,7 +261,7 @@ impl Part {
     ) -> Result<Run<'_>, SceneError> {
         let mesh = &self.loaded.mesh;
         let mut options = rules.choices.options(mesh, limits).for_levels();
-        self.attributes.constrain(mesh, &mut options);
+        self.constrain(&self.attributes, &mut options);
         if let Some(error) = errors.iter().copied().reduce(f64::max) {
             options = options.within(error / self.scale, rules.choices.check());
             // With decimation to the tolerance, the result would not be a stage of the run.

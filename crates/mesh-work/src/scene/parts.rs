@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_io::{Format, NewMesh, Scene, SceneDraw, SceneMesh, ScenePrimitive};
-use simplify::{CollapseLog, Metric, SimplifyError};
+use simplify::{CollapseLog, Metric, Options, SimplifyError};
 
 use super::budget::Collapses;
+use super::poses::Deforming;
 use super::rules::{SceneBudget, SceneError, SceneRules};
 use super::transfer::transfer;
 use crate::attributes::Attributes;
@@ -24,6 +25,8 @@ pub(super) struct Part {
     pub(super) scale: f64,
     pub(super) name: Option<String>,
     pub(super) draws: Vec<SceneDraw>,
+    /// The poses that count, if it deforms.
+    pub(super) deforming: Option<Deforming>,
 }
 
 /// A mesh keeps at least this many faces, so that it does not vanish.
@@ -37,9 +40,13 @@ pub(super) fn parts(scene: &Scene, rules: &SceneRules) -> Result<Vec<Part>, Scen
     let nodes: Vec<_> = scene.nodes().collect();
     let all: Vec<usize> = (0..scene.mesh_count()).collect();
     let mut draws = vec![Vec::new(); all.len()];
-    for draw in scene.draws()? {
-        if let Some(own) = draws.get_mut(draw.mesh) {
+    let mut shapes = vec![Vec::new(); all.len()];
+    let drawn = scene.draws()?;
+    let poses = if rules.poses > 0 { scene.poses(&drawn)? } else { vec![Vec::new(); drawn.len()] };
+    for (draw, poses) in drawn.into_iter().zip(poses) {
+        if let (Some(own), Some(shapes)) = (draws.get_mut(draw.mesh), shapes.get_mut(draw.mesh)) {
             own.push(draw);
+            shapes.extend(poses);
         }
     }
     let mut parts = Vec::new();
@@ -63,6 +70,10 @@ pub(super) fn parts(scene: &Scene, rules: &SceneRules) -> Result<Vec<Part>, Scen
         if loaded.mesh.topology().face_count() == 0 {
             continue;
         }
+        // A mesh that is drawn flat, or not at all, is measured as it is.
+        let scale = if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
+        let deforming =
+            Deforming::new(loaded.source(), &primitives, &shapes[mesh], rules.poses, scale);
         let attributes = Attributes::find(loaded.source(), &rules.attributes)
             .map_err(|source| SceneError::Simplify { mesh, source })?;
         parts.push(Part {
@@ -71,10 +82,10 @@ pub(super) fn parts(scene: &Scene, rules: &SceneRules) -> Result<Vec<Part>, Scen
             loaded,
             attributes,
             times: draws.iter().map(|draw| draw.times).sum(),
-            // A mesh that is drawn flat, or not at all, is measured as it is.
-            scale: if scale > 0.0 && scale.is_finite() { scale } else { 1.0 },
+            scale,
             name,
             draws,
+            deforming,
         });
     }
     Ok(parts)
@@ -155,6 +166,14 @@ impl Part {
             // All nodes draw it the same number of times.
             SceneBudget::Node => self.draws.first().map_or(1, |draw| draw.times).max(1),
         }
+    }
+
+    /// Adds what the vertices carry to the cost.
+    pub(super) fn constrain(&self, attributes: &Attributes, options: &mut Options) {
+        attributes.constrain(&self.loaded.mesh, options);
+        // The curvature norms have no term for poses.
+        let deforming = self.deforming.as_ref().filter(|_| !options.cost.metric.is_norm());
+        options.attributes.poses = deforming.map(|deforming| deforming.of_vertices.clone());
     }
 
     pub(super) fn error(&self, source: SimplifyError) -> SceneError {

@@ -22,6 +22,10 @@ pub struct SceneRules {
     pub attributes: AttributeRules,
     /// Whether all borders of texture charts, materials and primitives stay, even if the shape suffers.
     pub keep_seams: bool,
+    /// The number of poses in which the errors of a mesh with a skin or morph targets count, besides the pose of the
+    /// file; 0 for that one only. They are the shapes that differ most, of the nodes as they are, the morph targets,
+    /// and the key frames of animations.
+    pub poses: usize,
     /// The repairs of the meshes. Vertices at equal positions are welded unless a weld is given.
     pub repair: Repair,
     /// Whether repairs that a mesh needs are made besides.
@@ -29,6 +33,9 @@ pub struct SceneRules {
     /// Whether vertices that the format splits are joined.
     pub join: bool,
 }
+
+/// More poses lower the errors in other poses hardly further.
+const POSES: usize = 8;
 
 impl Default for SceneRules {
     fn default() -> Self {
@@ -38,6 +45,7 @@ impl Default for SceneRules {
             choices: Choices::default(),
             attributes: AttributeRules::default(),
             keep_seams: false,
+            poses: POSES,
             repair: Repair::strict(),
             needed_repairs: true,
             join: true,

@@ -7,11 +7,13 @@ use mesh_core::build::BuildReport;
 use mesh_io::{Lost, NewMesh, Scene};
 use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::{
-    AchievedError, Progress, Shortfall, Simplified, StopReason, Target, simplify_observed,
+    AchievedError, ErrorCheck, Options, Progress, RefineOptions, Shortfall, Simplified, StopReason,
+    Target, simplify_observed,
 };
 
 use super::budget::{Collapses, split};
 use super::parts::{Part, divided, in_units, parts};
+use super::poses::DeformedError;
 use super::rules::{SceneBudget, SceneError, SceneRules, SceneTarget};
 use crate::attributes::Attributes;
 use crate::charts::MergedCharts;
@@ -62,6 +64,8 @@ pub struct MeshOfScene {
     pub is_flat_shaded: bool,
     /// The primitives that are removed because no face is left.
     pub removed: Vec<usize>,
+    /// The errors in the other poses that count, if the mesh deforms.
+    pub deformed: Option<DeformedError>,
 }
 
 /// Samples of a face, and the fewest and the most samples of a mesh.
@@ -184,6 +188,19 @@ fn merged(parts: &[&Part], faces: usize) -> Vec<Option<Attributes>> {
     all
 }
 
+/// How often an error limit is lowered, what is left of it for rounding, and the least factor.
+const TRIES: usize = 5;
+const MARGIN: f64 = 0.9;
+const LEAST_STEP: f64 = 0.2;
+
+/// A result for a mesh.
+struct Candidate {
+    result: Simplified,
+    new: NewMesh,
+    /// The errors in the poses that count, if the mesh deforms.
+    deformed: Option<DeformedError>,
+}
+
 impl Part {
     /// The collapses of a run without refinement, with costs at the scale of the scene.
     fn first_collapses(
@@ -197,7 +214,7 @@ impl Part {
         let target = Target { faces: Some(least), ..Target::default() };
         let choices = Choices { verify: false, ..rules.choices };
         let mut options = choices.options(mesh, target).for_levels();
-        attributes.constrain(mesh, &mut options);
+        self.constrain(attributes, &mut options);
         let run = simplify_observed(mesh, &options, &mut |_| ControlFlow::Continue(()))
             .map_err(|source| self.error(source))?;
         let left = run.mesh.topology().face_count();
@@ -215,17 +232,89 @@ impl Part {
         let mesh = &self.loaded.mesh;
         let attributes = share.merged.as_ref().unwrap_or(&self.attributes);
         let mut options = rules.choices.options(mesh, share.target);
-        attributes.constrain(mesh, &mut options);
+        self.constrain(attributes, &mut options);
         if let Some(error) = max_error {
             options = options.within(error / self.scale, rules.choices.check());
         }
-        let result =
-            simplify_observed(mesh, &options, observe).map_err(|source| self.error(source))?;
-        let new = self.replacement(attributes, &result.mesh, &result.vertex_map)?;
+        let limit = max_error.map(|error| (error, rules.choices.check()));
+        let Candidate { result, new, deformed } = self.best(attributes, options, limit, observe)?;
         let removed = new.primitives.iter().filter(|p| p.triangles.is_empty()).map(|p| p.index);
         let removed = removed.collect();
         let report = self.report(&result, attributes.merged())?;
-        Ok((new, MeshOfScene { removed, ..report }))
+        Ok((new, MeshOfScene { removed, deformed, ..report }))
+    }
+
+    /// The result of these options. If the mesh deforms, also results without refinement and without poses are made,
+    /// and the one with the least error over all poses is taken. A limit of the error, in units of the scene, holds in
+    /// all poses, or is missed by less than in the pose of the file alone.
+    fn best(
+        &self,
+        attributes: &Attributes,
+        mut options: Options,
+        limit: Option<(f64, ErrorCheck)>,
+        observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Candidate, SceneError> {
+        let mut best = self.candidate(attributes, &options, observe)?;
+        let is_stopped = |candidate: &Candidate| candidate.result.stop == StopReason::Cancelled;
+        if let Some((limit, check)) = limit {
+            let mut own = limit / self.scale;
+            for _ in 0..TRIES {
+                let found = best.deformed.map_or(0.0, |found| found.max);
+                if found <= limit || is_stopped(&best) {
+                    break;
+                }
+                own *= (MARGIN * limit / found).max(LEAST_STEP);
+                options = options.within(own, check);
+                let next = self.candidate(attributes, &options, observe)?;
+                if is_stopped(&next) || next.deformed.is_some_and(|next| next.max < found) {
+                    best = next;
+                }
+            }
+            return Ok(best);
+        }
+        let unrefined = Options { refine: RefineOptions::none(), ..options.clone() };
+        options.attributes.poses = None;
+        let is_other = options.refine.is_any();
+        for other in is_other.then_some(unrefined).into_iter().chain([options]) {
+            let Some(own) = best.deformed.filter(|_| !is_stopped(&best)) else { break };
+            let next = self.candidate(attributes, &other, observe)?;
+            let faces = |of: &Candidate| of.result.mesh.topology().face_count();
+            let has_no_more = faces(&next) <= faces(&best);
+            if is_stopped(&next) {
+                best.result.stop = StopReason::Cancelled;
+            } else if has_no_more && next.deformed.is_some_and(|next| next.rms < own.rms) {
+                best = next;
+            }
+        }
+        Ok(best)
+    }
+
+    /// The result of these options, in the scene, and measured.
+    fn candidate(
+        &self,
+        attributes: &Attributes,
+        options: &Options,
+        observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Candidate, SceneError> {
+        let mesh = &self.loaded.mesh;
+        let result =
+            simplify_observed(mesh, options, observe).map_err(|source| self.error(source))?;
+        let new = self.replacement(attributes, &result.mesh, &result.vertex_map)?;
+        let deformed = self.deformed(&new)?;
+        Ok(Candidate { result, new, deformed })
+    }
+
+    /// The errors of a result in the poses that count.
+    fn deformed(&self, new: &NewMesh) -> Result<Option<DeformedError>, SceneError> {
+        let Some(deforming) = &self.deforming else { return Ok(None) };
+        let samples = self.samples();
+        Ok(Some(deforming.error(self.loaded.source(), &self.primitives, new, samples)?))
+    }
+
+    /// The number of points at which distances are measured.
+    fn samples(&self) -> usize {
+        let [fewest, most] = SAMPLES;
+        (SAMPLES_OF_FACE * self.faces()).clamp(fewest, most)
     }
 
     fn report(
@@ -234,9 +323,7 @@ impl Part {
         charts: Option<[usize; 2]>,
     ) -> Result<MeshOfScene, SceneError> {
         let (before, after) = (self.loaded.mesh.topology(), result.mesh.topology());
-        let [fewest, most] = SAMPLES;
-        let samples = (SAMPLES_OF_FACE * self.faces()).clamp(fewest, most);
-        let sampling = CompareOptions { samples, ..CompareOptions::default() };
+        let sampling = CompareOptions { samples: self.samples(), ..CompareOptions::default() };
         let [from, to] = [&self.loaded.mesh, &result.mesh].map(Surface::new);
         let distance = compare(&from?, &to?, &sampling);
         let bound = result.error.map(|error| AchievedError {
@@ -259,6 +346,7 @@ impl Part {
             charts,
             is_flat_shaded: self.attributes.is_flat_shaded(),
             removed: Vec::new(),
+            deformed: None,
         })
     }
 }

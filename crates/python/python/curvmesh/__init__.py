@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ._geometry.scene import (
         MeshOfLevel,
         MeshOfScene,
+        PoseErrors,
         Scene,
         SceneLevel,
         SceneLevels,
@@ -76,7 +77,7 @@ _PLACES = {
     "_geometry.files": "as_mesh read write",
     "_geometry.mesh": "Data Mesh",
     "_geometry.patch": "Cover patch",
-    "_geometry.scene": "MeshOfLevel MeshOfScene Scene SceneLevel SceneLevels SimplifiedScene lod_scene read_scene simplify_scene write_scene",
+    "_geometry.scene": "MeshOfLevel MeshOfScene PoseErrors Scene SceneLevel SceneLevels SimplifiedScene lod_scene read_scene simplify_scene write_scene",
     "_geometry.show": "Figure Page Picture figure render view",
     "_geometry.simplify": "Charts Edges ErrorBounds Fit Level Levels Record Shortfall Simplified TurnedOver lod simplify",
 }
@@ -116,6 +117,7 @@ __all__ = [
     "OutOfRangeError",
     "Page",
     "Picture",
+    "PoseErrors",
     "ReadError",
     "Record",
     "RecordError",

@@ -91,11 +91,10 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let place = Place::new(options, steps.count(), &session.given)?;
     let choices = options.policy.choices();
     let rules = SceneRules {
-        budget: options.scenes.budget(),
         choices,
         attributes: options.carry.rules(),
         keep_seams: options.keep_seams,
-        ..loading.scene_rules()
+        ..options.scenes.rules(loading.scene_rules())
     };
     let steps: SceneSteps = steps.of_scene(loading.relative);
     let bar = console.progress(counts[1] as u64, "collapsing");

@@ -1,6 +1,8 @@
 //! `curvmesh simplify` of a scene: each mesh once, and everything else as it is.
 
-use mesh_work::{Choices, MeshOfScene, SceneRules, SimplifiedScene, mesh_title, simplify_scene};
+use mesh_work::{
+    Choices, DeformedError, MeshOfScene, SceneRules, SimplifiedScene, mesh_title, simplify_scene,
+};
 use serde::Serialize;
 use simplify::{AchievedError, Options, Target};
 
@@ -49,6 +51,16 @@ struct OfMesh {
     wanted_faces: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
     charts: Option<[usize; 2]>,
+    /// The errors in other poses, if the mesh deforms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poses: Option<OfPoses>,
+}
+
+#[derive(Serialize)]
+struct OfPoses {
+    count: usize,
+    rms: f64,
+    max: f64,
 }
 
 /// Whether the task is a scene that stays one.
@@ -74,11 +86,10 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
     let choices = options.policy.choices();
     let rules = SceneRules {
         target: options.targets.of_scene(loading.relative),
-        budget: options.scenes.budget(),
         choices,
         attributes: options.carry.rules(),
         keep_seams: options.keep_seams,
-        ..loading.scene_rules()
+        ..options.scenes.rules(loading.scene_rules())
     };
     let bar = console.progress(scene.counts()[1], "collapsing");
     let made = Seconds::time(&mut seconds.compute, || {
@@ -158,6 +169,11 @@ impl From<&MeshOfScene> for OfMesh {
             stop: mesh.stop.name(),
             wanted_faces: mesh.shortfall.as_ref().and_then(|shortfall| shortfall.wanted_faces),
             charts: mesh.charts,
+            poses: mesh.deformed.map(|DeformedError { poses, rms, max }| OfPoses {
+                count: poses,
+                rms,
+                max,
+            }),
         }
     }
 }
@@ -182,6 +198,9 @@ fn summary(report: &Report<Results>) -> String {
         text += &format!(
             "\n  {title}: {drawn}{faces_in} -> {faces_out} faces, distance {rms:.3e} (rms), {max:.3e} (largest)"
         );
+        if let Some(OfPoses { count, rms, max }) = &mesh.poses {
+            text += &format!(", in {count} other poses {rms:.3e} (rms), {max:.3e} (largest)");
+        }
         if let Some(AchievedError { lower, upper: Some(upper) }) = mesh.error {
             text += &format!(", proved between {lower:.6e} and {upper:.6e}");
         }

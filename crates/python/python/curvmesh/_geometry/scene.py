@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 from .. import _core
 from .._call import Callback, Progress, calling, plain
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MeshOfLevel",
     "MeshOfScene",
+    "PoseErrors",
     "Scene",
     "SceneLevel",
     "SceneLevels",
@@ -326,6 +327,14 @@ def write_scene(
         return _write_to(path, lambda inside: _core.write_scene(call, inside, data, format=format), format)
 
 
+class PoseErrors(NamedTuple):
+    """Errors of a mesh that deforms: the number of poses, and the root mean square and the largest distance."""
+
+    count: int
+    rms: float
+    max: float
+
+
 @dataclass(frozen=True)
 class MeshOfScene:
     """A simplified mesh of a scene. Distances are in units of the scene, where the mesh is drawn largest.
@@ -354,6 +363,8 @@ class MeshOfScene:
         The target that was not reached, and the reasons.
     charts : Charts or None
         The charts before and after, if some were merged.
+    poses : PoseErrors or None
+        The errors in other poses, if the mesh deforms.
     """
 
     mesh: int
@@ -369,13 +380,15 @@ class MeshOfScene:
     stop: str
     shortfall: Shortfall | None
     charts: Charts | None
+    poses: PoseErrors | None
 
     @staticmethod
     def _of(told: dict[str, Any]) -> MeshOfScene:
-        error, charts = told["error"], told["charts"]
+        error, charts, poses = told["error"], told["charts"], told["poses"]
         made = {
             "error": None if error is None else ErrorBounds(*error),
             "charts": None if charts is None else Charts(*charts),
+            "poses": None if poses is None else PoseErrors(*poses),
             "shortfall": _shortfall(told["shortfall"]),
         }
         return MeshOfScene(**{**told, **made})
@@ -443,6 +456,7 @@ def simplify_scene(
     max_error: Length | None = None,
     relative: bool = False,
     per: Per = "scene",
+    poses: int = 8,
     preset: Preset = "default",
     placement: Placement | None = None,
     curvature_weight: float | None = None,
@@ -486,6 +500,9 @@ def simplify_scene(
     per : str
         Whether targets are for the whole ``"scene"``, whose faces are divided so that the error is least, for
         each ``"mesh"``, or for each ``"node"`` that draws a mesh. Nodes share a mesh unless their results differ.
+    poses : int
+        The number of poses in which the errors of a mesh with a skin or morph targets count, besides the pose of
+        the file. They are the shapes that differ most: morph targets, key frames of animations.
     callback : callable, optional
         As for :func:`simplify`. ``faces`` and ``steps`` are those of the mesh at work.
     keep_partial : bool
@@ -538,6 +555,7 @@ def simplify_scene(
         "attributes": _rules(attribute_weight, normal_weight, crease_angle, keep_creases, True),
         "keep_seams": keep_seams,
         "per": per,
+        "poses": whole("poses", poses),
     }
     data = _scene(scene)._data
     with calling("simplifying", progress, threads, callback, keep_partial) as call:
@@ -669,6 +687,7 @@ def lod_scene(
     errors: Sequence[Length] = (),
     relative: bool = False,
     per: Per = "scene",
+    poses: int = 8,
     together: bool = False,
     preset: Preset = "default",
     placement: Placement | None = None,
@@ -701,6 +720,8 @@ def lod_scene(
     relative : bool
         Whether numbers for `errors` are shares of the diagonal of the scene.
     per : str
+        As for :func:`simplify_scene`.
+    poses : int
         As for :func:`simplify_scene`.
     together : bool
         Whether to make one scene with all levels as well.
@@ -754,6 +775,7 @@ def lod_scene(
         "attributes": _rules(attribute_weight, normal_weight, crease_angle, keep_creases, True),
         "keep_seams": keep_seams,
         "per": per,
+        "poses": whole("poses", poses),
     }
     data = _scene(scene)._data
     with calling("levels of detail", progress, threads) as call:
