@@ -141,6 +141,25 @@ fn errors_of_a_mesh_that_deforms_are_those_of_its_poses() {
 }
 
 #[test]
+fn repairs_keep_a_scene_unless_they_need_one_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "rich.glb", &rich().glb());
+    let output = folder.path().join("out.glb");
+    let output = output.to_str().unwrap();
+    let report = json(&["repair", &input, "-o", output]);
+    assert_eq!(report["lost"], value!([]));
+    assert_eq!(document(&input), document(output));
+    assert!(report["faces_out"].as_u64() > Some(2000), "{report}");
+    assert!(report["written"]["watertight"] == false, "{report}");
+    for more in [&["--fill-holes", "all"][..], &["--for", "printing"]] {
+        let (status, said) = code(&[&["repair", &input, "-o", output][..], more].concat());
+        assert_eq!(status, 0, "{said}");
+        assert!(said.contains(&format!("{} works on one mesh", more[0])), "{said}");
+        assert_eq!(document(output)["nodes"].as_array().unwrap().len(), 1);
+    }
+}
+
+#[test]
 fn nodes_have_meshes_of_their_own_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let input = file(folder.path(), "rich.glb", &rich().glb());

@@ -39,9 +39,9 @@ pub use patches::{
 pub use policy::Choices;
 pub use quantity::{Integrals, Quantity, UnknownQuantity};
 pub use scene::{
-    DeformedError, MeshOfLevel, MeshOfScene, SceneBudget, SceneError, SceneLevel, SceneLevels,
-    SceneRules, SceneSteps, SceneTarget, SimplifiedScene, mesh_title, repaired_scene, scene_levels,
-    simplify_scene,
+    DeformedError, MeshOfLevel, MeshOfScene, RepairedScene, SceneBudget, SceneError, SceneLevel,
+    SceneLevels, SceneRules, SceneSteps, SceneTarget, SimplifiedScene, mesh_title, repaired_scene,
+    scene_levels, simplify_scene,
 };
 pub use seams::Seams;
 pub use subdivide::{Subdivided, SubdivisionError, subdivide_step};

@@ -11,7 +11,7 @@ use mesh_io::{Format, ReadOptions, Scene, read_from};
 use mesh_metric::{CompareOptions, Surface, compare};
 use mesh_work::{
     AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneRules, SceneSteps,
-    SceneTarget, SimplifiedScene, scene_levels, simplify_scene,
+    SceneTarget, SimplifiedScene, repaired_scene, scene_levels, simplify_scene,
 };
 use serde_json::{Value, json};
 use simplify::{Target, simplify};
@@ -396,6 +396,60 @@ fn poses_make_no_difference_to_a_mesh_that_does_not_deform() {
     let (made, bytes) = simplified(&file, &to_ratio(0.2));
     assert!(bytes == simplified(&file, &without).1);
     assert!(made.meshes.iter().all(|mesh| mesh.deformed.is_none()));
+}
+
+/// A face that is there twice goes; the skin, the animation, the other meshes and everything else stay.
+#[test]
+fn repairs_leave_a_scene_whole() {
+    let mut builder = rich();
+    let clean = scene(&rich().glb());
+    let made = repaired_scene(&clean, &Repair::lenient()).unwrap();
+    assert_eq!(made.scene.json(), clean.json());
+    let tube = tube(24, 24);
+    let twice: Vec<[u32; 3]> = tube.triangles.iter().chain(&tube.triangles[..5]).copied().collect();
+    builder.json["meshes"][1]["primitives"][0]["indices"] = builder.indices(&twice).into();
+    let input = scene(&builder.glb());
+    let made = repaired_scene(&input, &Repair::lenient()).unwrap();
+    assert_eq!(
+        made.repairs.iter().map(|report| report.dropped_duplicates.count()).collect::<Vec<_>>(),
+        [0, 5, 0]
+    );
+    assert_eq!(made.lost, []);
+    let geometry = ["accessors", "bufferViews", "buffers", "meshes"];
+    let [before, after] = [&input, &made.scene].map(Scene::json);
+    for member in
+        before.as_object().unwrap().keys().filter(|name| !geometry.contains(&name.as_str()))
+    {
+        if member == "animations" || member == "skins" {
+            assert_eq!(
+                before[member].as_array().unwrap().len(),
+                after[member].as_array().unwrap().len()
+            );
+        } else {
+            assert_eq!(before[member], after[member], "{member}");
+        }
+    }
+    let mut bytes = Vec::new();
+    made.scene.write_to(&mut bytes, Format::Glb).unwrap();
+    let [found, original] = [&bytes, &rich().glb()].map(|file| Found::new(file));
+    let [a, b] = [&found, &original].map(|found| found.primitive(1, 0));
+    assert_eq!(found.triangles(a).len(), original.triangles(b).len());
+    // Every vertex is one of the input, with all of its data.
+    let names = a["attributes"].as_object().unwrap();
+    assert_eq!(
+        names.keys().collect::<Vec<_>>(),
+        b["attributes"].as_object().unwrap().keys().collect::<Vec<_>>()
+    );
+    let corners = |found: &Found, primitive: &Value| -> Vec<Vec<Vec<f64>>> {
+        let columns: Vec<_> = names
+            .keys()
+            .filter(|name| *name != "TANGENT")
+            .map(|name| found.attribute(primitive, name))
+            .collect();
+        let all = found.triangles(primitive).into_iter().flatten();
+        all.map(|v| columns.iter().map(|column| column[v].clone()).collect()).collect()
+    };
+    assert_eq!(corners(&found, a), corners(&original, b));
 }
 
 /// One ball, drawn at the scales 1, 10 and 1 again.

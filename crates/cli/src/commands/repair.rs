@@ -4,25 +4,29 @@ use std::fmt;
 use std::path::PathBuf;
 
 use clap::{Arg, ValueEnum};
-use mesh_core::build::{BuildReport, Repair as Repairs};
+use mesh_core::build::{BuildReport, Repair as Repairs, Weld};
 use mesh_core::fill::{FillOptions, FillReport};
-use mesh_work::Loaded;
+use mesh_work::{Loaded, repaired_scene};
 use serde::Serialize;
 
 use crate::args::{REPAIRS, is_standard};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::load::{Made, Seconds, assemble};
+use crate::scene::{Merging, tell_lost, tell_repairs};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Task};
-use crate::watertight::{Written, holes_of};
+use crate::text::printable;
+use crate::watertight::{Hole, Written, holes_of};
 
 /// Make an oriented manifold of triangles out of anything that can be read
 ///
 /// All repairs are made. If options name some, only the named ones are made; --weld says how vertices are
 /// merged. All repairs are reported. Non-finite coordinates cannot be repaired. The written file is read
-/// again: the report says whether it is watertight, and why holes are open.
+/// again: the report says whether it is watertight, and why holes are open. A scene that is written as glTF or GLB
+/// stays whole, unless holes are filled or it is for printing.
 ///
 ///     curvmesh repair parts.stl -o whole.obj
 ///     curvmesh repair scan.ply -o closed.ply --weld 0.001% --fill-holes 100
@@ -43,11 +47,13 @@ pub(crate) struct Repair {
     fill_holes: Option<FillOptions>,
     /// What the result is for. `printing`: drop debris, fill all holes, turn components outward, and separate
     /// parts that touch by a millionth of the size, so that STL readers do not join them
-    #[arg(long = "for", value_enum, value_name = "PURPOSE")]
+    #[arg(id = "for", long = "for", value_enum, value_name = "PURPOSE")]
     purpose: Option<Purpose>,
     /// With `--for printing`: drop components whose diagonal is below this share of the diagonal of the model
-    #[arg(long, value_name = "SHARE", default_value = "1%", value_parser = parse_share, requires = "purpose")]
+    #[arg(long, value_name = "SHARE", default_value = "1%", value_parser = parse_share, requires = "for")]
     debris: f64,
+    #[command(flatten)]
+    merging: Merging,
 }
 
 /// Uses of a repaired mesh.
@@ -144,22 +150,66 @@ impl From<&FillReport> for Holes {
 
 pub(crate) fn run(options: &Repair, session: &Session) -> Result<Outcome, Failure> {
     check_output(&options.job, &session.given)?;
-    options.job.run(session, &|task, console| one(options, task, console))
+    options.job.run(session, &|task, console| one(options, task, &session.given, console))
 }
 
-fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure> {
+/// Further options that need one mesh.
+const NEEDING_ONE: [&str; 2] = ["fill_holes", "for"];
+
+fn one(options: &Repair, task: &Task, given: &Given, console: &Console) -> Result<Done, Failure> {
+    let loading = &options.job.loading;
+    let written = task.written(&options.job.save);
+    let at = (given, console);
+    if options.merging.keeps_scene(&task.input, written, loading, &NEEDING_ONE, at)? {
+        of_scene(options, task, console)
+    } else {
+        of_mesh(options, task, console)
+    }
+}
+
+/// The repairs that are asked for, lengths already in units of the file.
+fn asked(options: &Repair, named: Repairs) -> Repairs {
+    let repair = &options.job.loading.repair;
+    if repair.names_some() {
+        return named;
+    }
+    let mut all = Repairs::lenient();
+    if repair.weld.is_some() {
+        all.weld = named.weld;
+    }
+    all
+}
+
+/// Repairs each mesh of a scene.
+fn of_scene(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let loading = &options.job.loading;
+    let scene = Seconds::time(&mut seconds.load, || loading.scene(&task.input, console))?;
+    let repairs = asked(options, loading.repair.repair(Weld::None));
+    let made = Seconds::time(&mut seconds.compute, || repaired_scene(&scene, &repairs));
+    let failed = |error| Failure::scene(&task.input, task.output.as_deref(), error);
+    let made = made.map_err(failed)?;
+    let name = printable(task.input.display());
+    tell_repairs(&name, made.repairs.iter(), console);
+    tell_lost(&name, &made.lost, console);
+    task.save_scene(&made.scene, &options.job.save, &mut seconds, console)?;
+    let results = made
+        .repairs
+        .iter()
+        .map(|found| Results::new(found, [found.vertices_out, found.faces_out], None));
+    let results = results
+        .reduce(Results::and)
+        .unwrap_or_else(|| Results::new(&BuildReport::default(), [0; 2], None));
+    let counts = scene.counts().map(|count| count as usize);
+    finished(options, task, counts, (results, Vec::new()), seconds, console)
+}
+
+fn of_mesh(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let loading = &options.job.loading;
     let mut loaded = Seconds::time(&mut seconds.load, || {
         let model = loading.read(&task.input, console)?;
-        let mut repairs = loading.repairs(&model)?;
-        if !loading.repair.names_some() {
-            let weld = repairs.weld;
-            repairs = Repairs::lenient();
-            if loading.repair.weld.is_some() {
-                repairs.weld = weld;
-            }
-        }
+        let repairs = asked(options, loading.repairs(&model)?);
         let loaded = assemble(&task.input, model, &repairs, (Made::AsTold, false), console)?;
         loading.check_left(&task.input, loaded)
     })?;
@@ -167,15 +217,26 @@ fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure
     let found = &loaded.report;
     let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
-    let judge = |path: &PathBuf| {
-        let open = holes_of(&loaded, filled.as_ref());
-        Written::judge(path, options.job.save.format_of(path), open)
-    };
-    let output = task.output.as_ref().filter(|path| !is_standard(path));
-    let written = Seconds::time(&mut seconds.load, || output.map(judge).transpose())?;
     let holes = filled.as_ref().map(Holes::from);
-    let results = Results { printing, written, ..Results::new(found, loaded.counts(), holes) };
-    let report = task.report(console, [found.vertices_in, found.faces_in], results, seconds);
+    let results = Results { printing, ..Results::new(found, loaded.counts(), holes) };
+    let counts = [found.vertices_in, found.faces_in];
+    let open = holes_of(&loaded, filled.as_ref());
+    finished(options, task, counts, (results, open), seconds, console)
+}
+
+/// Reads the written file again, and reports.
+fn finished(
+    options: &Repair,
+    task: &Task,
+    counts: [usize; 2],
+    (results, open): (Results, Vec<Hole>),
+    mut seconds: Seconds,
+    console: &Console,
+) -> Result<Done, Failure> {
+    let output = task.output.as_ref().filter(|path| !is_standard(path));
+    let judge = |path: &PathBuf| Written::judge(path, options.job.save.format_of(path), open);
+    let written = Seconds::time(&mut seconds.load, || output.map(judge).transpose())?;
+    let report = task.report(console, counts, Results { written, ..results }, seconds);
     let mut brief = report.results.to_string();
     let mut text = format!("{}: {brief}", report.subject());
     if let Some(written) = &report.results.written {
@@ -203,6 +264,28 @@ fn finish(
 }
 
 impl Results {
+    /// The sums for two meshes.
+    fn and(self, other: Self) -> Self {
+        Self {
+            vertices_out: self.vertices_out + other.vertices_out,
+            faces_out: self.faces_out + other.faces_out,
+            unchanged: self.unchanged && other.unchanged,
+            triangulated_polygons: self.triangulated_polygons + other.triangulated_polygons,
+            welded_vertices: self.welded_vertices + other.welded_vertices,
+            dropped_out_of_range: self.dropped_out_of_range + other.dropped_out_of_range,
+            dropped_degenerate: self.dropped_degenerate + other.dropped_degenerate,
+            dropped_duplicates: self.dropped_duplicates + other.dropped_duplicates,
+            reversed_faces: self.reversed_faces + other.reversed_faces,
+            cut_edges: self.cut_edges + other.cut_edges,
+            split_vertices: self.split_vertices + other.split_vertices,
+            dropped_vertices: self.dropped_vertices + other.dropped_vertices,
+            zero_area_faces: self.zero_area_faces + other.zero_area_faces,
+            turned_components: self.turned_components + other.turned_components,
+            undecided_components: self.undecided_components + other.undecided_components,
+            ..self
+        }
+    }
+
     fn new(
         found: &BuildReport,
         [vertices_out, faces_out]: [usize; 2],

@@ -2,7 +2,7 @@
 //!
 //! Layers, lowest first: `rules`, options and errors; `transfer`, the data of new vertices; `budget`, which divides the
 //! faces among the meshes; `poses` of meshes that deform; `parts`, the
-//! meshes ready for the simplification; `simplify`, and `levels` of detail;
+//! meshes ready for the simplification; `simplify`, and `levels` of detail; `repair`;
 //! `losses`, the reports of both.
 
 mod budget;
@@ -10,6 +10,7 @@ mod levels;
 mod losses;
 mod parts;
 mod poses;
+mod repair;
 mod rules;
 mod simplify;
 mod transfer;
@@ -17,5 +18,6 @@ mod transfer;
 pub use levels::{MeshOfLevel, SceneLevel, SceneLevels, SceneSteps, scene_levels};
 pub use losses::mesh_title;
 pub use poses::DeformedError;
+pub use repair::{RepairedScene, repaired_scene};
 pub use rules::{SceneBudget, SceneError, SceneRules, SceneTarget};
 pub use simplify::{MeshOfScene, SimplifiedScene, simplify_scene};
