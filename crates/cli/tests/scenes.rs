@@ -94,6 +94,8 @@ fn options_that_need_one_mesh_make_one_and_say_so() {
     let ply = folder.path().join("out.ply");
     let (status, said) = code(&["simplify", &input, "-o", ply.to_str().unwrap(), "--per", "mesh"]);
     assert!(status == 2 && said.contains("--per"), "{said}");
+    let (status, said) = code(&["simplify", &input, "-o", ply.to_str().unwrap(), "--poses", "2"]);
+    assert!(status == 2 && said.contains("--poses"), "{said}");
 }
 
 #[test]

@@ -25,8 +25,8 @@ use crate::watertight::{Hole, Written, holes_of};
 ///
 /// All repairs are made. If options name some, only the named ones are made; --weld says how vertices are
 /// merged. All repairs are reported. Non-finite coordinates cannot be repaired. The written file is read
-/// again: the report says whether it is watertight, and why holes are open. A scene that is written as glTF or GLB
-/// stays whole, unless holes are filled or it is for printing.
+/// again: the report says whether it is watertight, and why holes are open. A scene that is written
+/// as glTF or GLB stays whole, unless holes are filled or it is for printing.
 ///
 ///     curvmesh repair parts.stl -o whole.obj
 ///     curvmesh repair scan.ply -o closed.ply --weld 0.001% --fill-holes 100

@@ -19,7 +19,7 @@ pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Fail
         if scene::is_kept(options, task, &session.given, console)? {
             return scene::one(options, task, console);
         }
-        session.given.refuse(&["per"], "the result is one mesh")?;
+        session.given.refuse(&["per", "poses"], "the result is one mesh")?;
         whole::one(options, task, &session.given, console)
     })
 }
