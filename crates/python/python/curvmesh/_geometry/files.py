@@ -11,7 +11,7 @@ from .._call import calling, plain
 from .._errors import ArrayError, OptionError, ReadError
 from .._options import checked
 from .mesh import Mesh
-from .packages import meshio, open3d, pyvista, trimesh
+from .packages import meshio, open3d, pyvista, trimesh, vtk
 
 if TYPE_CHECKING:
     from .._call import Progress
@@ -24,7 +24,7 @@ _KINDS: list[tuple[tuple[str, ...], Callable[[Any, bool], Mesh]]] = [
     (("geometry", "graph"), trimesh.of_scene),
     (("n_blocks", "keys"), pyvista.of_blocks),
     (("points", "extract_surface"), pyvista.of_pyvista),
-    (("GetPoints", "GetPolys"), pyvista.of_vtk),
+    (("IsA", "GetClassName", "GetMTime"), vtk.of_vtk),
     (("points", "cells"), meshio.of_meshio),
     (("points", "faces"), pyvista.of_pyvista),
     (("vertices", "faces"), trimesh.of_trimesh),
@@ -77,7 +77,7 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
         return read(source)
     raise ArrayError(
         f"a {type(source).__name__} is no mesh; give a curvmesh.Mesh, (vertices, faces), a path, or a "
-        "mesh of trimesh, PyVista, Open3D or meshio"
+        "mesh of trimesh, PyVista, VTK, Open3D or meshio"
     )
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from . import info as _info
     from . import show as _show
     from . import simplify as _simplify
-    from .packages import meshio, open3d, pyvista, trimesh
+    from .packages import meshio, open3d, pyvista, trimesh, vtk
 
 __all__ = ["Data", "Mesh"]
 
@@ -256,7 +256,8 @@ class Mesh:
 
     @property
     def notes(self) -> list[str]:
-        """Messages about data that was lost, repaired or skipped when this mesh was made."""
+        """Messages about data that was lost, repaired or skipped when this mesh was made, or that meshes of other
+        packages, to which it was converted, have no place for."""
         return self._data.notes
 
     @property
@@ -347,6 +348,7 @@ class Mesh:
         to_open3d = open3d.to_open3d
         to_pyvista = pyvista.to_pyvista
         to_trimesh = trimesh.to_trimesh
+        to_vtk = vtk.to_vtk
         _repr_html_ = _show.card
     else:
         curvature = _Method("curvature", "curvature")
@@ -361,6 +363,7 @@ class Mesh:
         to_open3d = _Method("packages.open3d", "to_open3d")
         to_pyvista = _Method("packages.pyvista", "to_pyvista")
         to_trimesh = _Method("packages.trimesh", "to_trimesh")
+        to_vtk = _Method("packages.vtk", "to_vtk")
         _repr_html_ = _Method("show", "card")
 
     def __repr__(self) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ..._errors import ArrayError
 from ..arrays import polygons
 from ..mesh import Mesh
-from .parts import EXTRAS, extras, given, in_bytes, noted, of_vertices, put, split, taken, with_extras
+from .parts import EXTRAS, extras, noted, put, separate, taken, with_extras
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -85,28 +85,20 @@ def to_meshio(mesh: Mesh) -> Any:
     import meshio
     import numpy as np
 
-    sources, first, corners = split(mesh)
-    ends = mesh.face_ends.astype(np.int64)
+    parts = separate(mesh)
+    ends, points = parts.ends, parts.of_points
     sizes = np.diff(ends, prepend=0)
     names = {3: "triangle", 4: "quad"}
     cells, orders = [], []
     for size in np.unique(sizes):
         of_size = np.flatnonzero(sizes == size)
-        rows = corners[(ends[of_size] - size)[:, None] + np.arange(size)]
+        rows = parts.corners[(ends[of_size] - size)[:, None] + np.arange(size)]
         cells.append((names.get(int(size), "polygon"), rows))
         orders.append(of_size)
-    points = {name: values[sources] for name, values in given(mesh.vertex_data).items()}
-    of_faces = given(mesh.face_data)
-    if "colors" in mesh.vertex_data:
-        points["colors"] = in_bytes(mesh.vertex_data["colors"])[sources]
-    if "colors" in mesh.face_data:
-        of_faces["colors"] = in_bytes(mesh.face_data["colors"])
-    if "normals" in mesh.corner_data:
-        points["normals"] = of_vertices(mesh.corner_data["normals"], first, len(sources))
-    elif "normals" in mesh.vertex_data:
-        points["normals"] = mesh.vertex_data["normals"][sources]
-    if "uvs" in mesh.corner_data:
-        points["uvs"] = of_vertices(mesh.corner_data["uvs"], first, len(sources))
+    if parts.normals is not None:
+        points["normals"] = parts.normals
+    if parts.uvs is not None:
+        points["uvs"] = parts.uvs
     sets = {}
     of_groups = mesh.face_data.get("groups")
     if of_groups is not None:
@@ -115,10 +107,10 @@ def to_meshio(mesh: Mesh) -> Any:
             sets[name] = [np.flatnonzero(of_groups[order] == number) for order in orders]
     has_extras = mesh.groups or mesh.materials or mesh.images
     return meshio.Mesh(
-        mesh.vertices[sources],
+        parts.positions,
         cells,
         point_data=points,
-        cell_data={name: [values[order] for order in orders] for name, values in of_faces.items()},
+        cell_data={name: [values[order] for order in orders] for name, values in parts.of_faces.items()},
         cell_sets=sets or None,
         info={EXTRAS: extras(mesh)} if has_extras else None,
     )

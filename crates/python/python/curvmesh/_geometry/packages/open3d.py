@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..mesh import Mesh
-from .parts import given, image_of, noted, picture_of, put, taken, warn
+from ..mesh import Data, Mesh
+from .parts import given, image_of, noted, picture_of, put, taken, tell
 
 
 def of_open3d(source: Any, check: bool) -> Mesh:
@@ -48,11 +48,14 @@ def of_tensors(source: Any, check: bool) -> Mesh:
     put(mesh.vertex_data, taken(arrays(source.vertex, "positions", "texture_uvs"), mesh.vertex_count, notes), notes)
     of_faces = taken(arrays(source.triangle, "indices", "texture_uvs"), mesh.face_count, notes)
     of_faces.pop("normals", None)
-    maps = source.material.texture_maps if source.has_valid_material() else {}
-    picture = image_of(maps["albedo"].as_tensor().cpu().numpy()) if "albedo" in maps else None
-    if picture is not None:
-        mesh.images = [picture]
-        mesh.materials = [{"name": source.material.material_name, "image": 0}]
+    is_valid = source.has_valid_material()
+    maps = source.material.texture_maps if is_valid else {}
+    if is_valid:
+        picture = image_of(maps["albedo"].as_tensor().cpu().numpy()) if "albedo" in maps else None
+        if "albedo" in maps and picture is None:
+            notes.append("textures were left out: they need Pillow")
+        mesh.images = [picture] if picture is not None else []
+        mesh.materials = [_material(source.material, has_image=picture is not None)]
         of_faces["materials"] = np.zeros(mesh.face_count, int)
     notes += [f"the texture map {name!r} was left out" for name in maps if name != "albedo"]
     put(mesh.face_data, of_faces, notes)
@@ -65,6 +68,20 @@ def of_tensors(source: Any, check: bool) -> Mesh:
     return noted(mesh, notes)
 
 
+def _material(source: Any, has_image: bool) -> dict[str, Any]:
+    """A material of the tensors."""
+    vectors, numbers = source.vector_properties, source.scalar_properties
+    found: dict[str, Any] = {"name": source.material_name, "image": 0 if has_image else None}
+    if "base_color" in vectors:
+        found["base_color"] = [float(x) for x in vectors["base_color"]]
+    if "emissive_color" in vectors:
+        found["emissive"] = [float(x) for x in vectors["emissive_color"]][:3]
+    for name in ("metallic", "roughness"):
+        if name in numbers:
+            found[name] = float(numbers[name])
+    return found
+
+
 def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
     """An ``open3d.geometry.TriangleMesh``; with ``tensor=True`` an ``open3d.t.geometry.TriangleMesh``, which
     also has named numbers.
@@ -74,10 +91,13 @@ def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
     import numpy as np
     import open3d
 
+    source = mesh
     if not mesh.is_triangular:
         mesh = mesh.triangulated()
     if tensor:
-        return _tensors(mesh)
+        made, lost = _tensors(mesh)
+        tell(source, "Open3D", lost)
+        return made
     vector = open3d.utility.Vector3dVector
     # Read-only arrays are not accepted.
     made = open3d.geometry.TriangleMesh(
@@ -90,22 +110,29 @@ def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
     if "uvs" in mesh.corner_data:
         uvs = mesh.corner_data["uvs"].astype(np.float64)
         made.triangle_uvs = open3d.utility.Vector2dVector(uvs)
-    lost = [*given(mesh.vertex_data), *(n for n in given(mesh.face_data) if n not in ("materials", "groups"))]
+    lost = ["opacity of colours"] * any((d["colors"][:, 3] < 1).any() for d in _colored(mesh))
+    lost += [*given(mesh.vertex_data), *(n for n in given(mesh.face_data) if n not in ("materials", "groups"))]
     lost += ["colours of faces"] * ("colors" in mesh.face_data) + ["groups"] * bool(mesh.groups)
     lost += ["normals of corners"] * ("normals" in mesh.corner_data)
+    lost += ["materials without faces"] * bool(mesh.materials and "materials" not in mesh.face_data)
     if mesh.materials and "materials" in mesh.face_data:
         pictures = [picture_of(mesh, material) for material in mesh.materials]
-        lost += [f"material {m['name']!r}" for m, p in zip(mesh.materials, pictures) if p is None]
+        lost += [
+            f"material {m['name']!r}" + (" beside its texture" if p is not None else "")
+            for m, p in zip(mesh.materials, pictures)
+        ]
+        lost += ["faces without a material"] * bool((mesh.face_data["materials"] < 0).any())
         rows: list[Any] = [None if picture is None else np.array(picture.convert("RGB")) for picture in pictures]
         image = open3d.geometry.Image
         made.textures = [image() if array is None else image(array) for array in rows]
         ids = np.maximum(mesh.face_data["materials"], 0).astype(np.int32)
         made.triangle_material_ids = open3d.utility.IntVector(ids)
-    warn("Open3D", lost)
+    tell(source, "Open3D", lost)
     return made
 
 
-def _tensors(mesh: Mesh) -> Any:
+def _tensors(mesh: Mesh) -> tuple[Any, list[str]]:
+    """The mesh, and the names of what it cannot store."""
     import numpy as np
     import open3d
 
@@ -126,12 +153,25 @@ def _tensors(mesh: Mesh) -> Any:
         made.vertex[name] = tensor(values.reshape(len(values), -1) if values.ndim == 1 else values)
     for name, values in of_faces.items():
         made.triangle[name] = tensor(values.reshape(len(values), -1) if values.ndim == 1 else values)
-    pictures = [picture_of(mesh, material) for material in mesh.materials]
     lost = ["groups"] * bool(mesh.groups) + ["normals of corners"] * ("normals" in mesh.corner_data)
-    if pictures and pictures[0] is not None:
+    lost += ["opacity of colours"] * any((d["colors"][:, 3] < 1).any() for d in _colored(mesh))
+    for number, material in enumerate(mesh.materials):
+        if number > 0:
+            lost.append(f"material {material['name']!r}")
+            continue
+        picture = picture_of(mesh, material)
         made.material.material_name = "defaultLit"
-        image = open3d.t.geometry.Image(tensor(np.array(pictures[0].convert("RGB"))))
-        made.material.texture_maps["albedo"] = image
-    lost += [f"material {m['name']!r}" for m, p in list(zip(mesh.materials, pictures))[1:]]
-    warn("Open3D", lost)
-    return made
+        made.material.vector_properties["base_color"] = np.array(material["base_color"], np.float32)
+        glow = np.array([*material["emissive"], 1], np.float32)
+        made.material.vector_properties["emissive_color"] = glow
+        made.material.scalar_properties["metallic"] = material["metallic"]
+        made.material.scalar_properties["roughness"] = material["roughness"]
+        if picture is not None:
+            image = open3d.t.geometry.Image(tensor(np.array(picture.convert("RGB"))))
+            made.material.texture_maps["albedo"] = image
+        lost.append(f"material {material['name']!r} beside its colours and texture")
+    return made, lost
+
+
+def _colored(mesh: Mesh) -> list[Data]:
+    return [data for data in (mesh.vertex_data, mesh.face_data) if "colors" in data]

@@ -6,7 +6,7 @@ import json
 import warnings
 from base64 import b64decode, b64encode
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..._errors import ArrayError
 from ..arrays import polygons
@@ -31,11 +31,15 @@ def noted(mesh: Mesh, notes: Iterable[str]) -> Mesh:
     return Mesh._of(mesh._data.with_notes([*mesh.notes, *notes]))
 
 
-def warn(package: str, lost: Iterable[str]) -> None:
-    """Warns of data that a mesh of another package cannot store."""
+def tell(mesh: Mesh, package: str, lost: Iterable[str]) -> None:
+    """Warns of data that a mesh of another package cannot store, and notes it on the mesh that is converted."""
     names = list(lost)
-    if names:
-        warnings.warn(f"a mesh of {package} has no place for {', '.join(names)}", stacklevel=3)
+    if not names:
+        return
+    text = f"a mesh of {package} has no place for {', '.join(names)}"
+    if text not in mesh.notes:
+        mesh._data = mesh._data.with_notes([*mesh.notes, text])
+    warnings.warn(text, stacklevel=3)
 
 
 def taken(data: Any, count: int, notes: list[str]) -> dict[str, NDArray[Any]]:
@@ -140,6 +144,41 @@ def of_vertices(values: NDArray[Any], first: NDArray[Any], count: int) -> NDArra
     found = np.full((count, values.shape[1]), np.nan, values.dtype)
     found[: len(first)] = values[first]
     return found
+
+
+class Separate(NamedTuple):
+    """The data of a mesh for packages that store one texture coordinate and one normal for each vertex."""
+
+    positions: NDArray[Any]
+    #: The vertices of all faces, and the end of each face.
+    corners: NDArray[Any]
+    ends: NDArray[Any]
+    of_points: dict[str, NDArray[Any]]
+    of_faces: dict[str, NDArray[Any]]
+    normals: NDArray[Any] | None
+    uvs: NDArray[Any] | None
+
+
+def separate(mesh: Mesh) -> Separate:
+    """The data with split vertices. Colours are bytes, ``"colors"`` of points and of faces."""
+    import numpy as np
+
+    sources, first, corners = split(mesh)
+    of_points = {name: values[sources] for name, values in given(mesh.vertex_data).items()}
+    of_faces = given(mesh.face_data)
+    if "colors" in mesh.vertex_data:
+        of_points["colors"] = in_bytes(mesh.vertex_data["colors"])[sources]
+    if "colors" in mesh.face_data:
+        of_faces["colors"] = in_bytes(mesh.face_data["colors"])
+    normals = uvs = None
+    if "normals" in mesh.corner_data:
+        normals = of_vertices(mesh.corner_data["normals"], first, len(sources))
+    elif "normals" in mesh.vertex_data:
+        normals = mesh.vertex_data["normals"][sources]
+    if "uvs" in mesh.corner_data:
+        uvs = of_vertices(mesh.corner_data["uvs"], first, len(sources))
+    ends = mesh.face_ends.astype(np.int64)
+    return Separate(mesh.vertices[sources], corners, ends, of_points, of_faces, normals, uvs)
 
 
 def extras(mesh: Mesh) -> str:

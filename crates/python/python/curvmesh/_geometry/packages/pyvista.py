@@ -1,4 +1,4 @@
-"""Meshes of PyVista and VTK."""
+"""Meshes of PyVista."""
 
 from __future__ import annotations
 
@@ -7,20 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from ..arrays import polygons
 from ..mesh import Mesh
-from .parts import EXTRAS, extras, given, in_bytes, merged, noted, of_vertices, put, split, taken, with_extras
+from .parts import EXTRAS, extras, merged, noted, put, separate, taken, with_extras
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 #: Data that VTK's filters add to the surface of a volume.
 _OF_FILTERS = ("vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType")
-
-
-def of_vtk(source: Any, check: bool) -> Mesh:
-    """A mesh of VTK that is not wrapped."""
-    import pyvista
-
-    return of_pyvista(pyvista.wrap(source), check)
 
 
 def of_blocks(source: Any, check: bool) -> Mesh:
@@ -129,25 +122,18 @@ def to_pyvista(mesh: Mesh) -> Any:
     import numpy as np
     import pyvista
 
-    sources, first, corners = split(mesh)
-    ends = mesh.face_ends.astype(np.int64)
-    starts = np.concatenate([[0], ends[:-1]]).astype(np.int64)
-    padded = np.insert(corners.astype(np.int64), starts, ends - starts)
-    made = pyvista.PolyData(mesh.vertices[sources], faces=padded)
-    for name, values in given(mesh.vertex_data).items():
-        made.point_data[name] = values[sources]
-    for name, values in given(mesh.face_data).items():
+    parts = separate(mesh)
+    starts = np.concatenate([[0], parts.ends[:-1]]).astype(np.int64)
+    padded = np.insert(parts.corners.astype(np.int64), starts, parts.ends - starts)
+    made = pyvista.PolyData(parts.positions, faces=padded)
+    for name, values in parts.of_points.items():
+        made.point_data[name] = values
+    for name, values in parts.of_faces.items():
         made.cell_data[name] = values
-    if "colors" in mesh.vertex_data:
-        made.point_data["colors"] = in_bytes(mesh.vertex_data["colors"])[sources]
-    if "colors" in mesh.face_data:
-        made.cell_data["colors"] = in_bytes(mesh.face_data["colors"])
-    if "normals" in mesh.corner_data:
-        made.point_data["Normals"] = of_vertices(mesh.corner_data["normals"], first, len(sources))
-    elif "normals" in mesh.vertex_data:
-        made.point_data["Normals"] = mesh.vertex_data["normals"][sources]
-    if "uvs" in mesh.corner_data:
-        made.active_texture_coordinates = of_vertices(mesh.corner_data["uvs"], first, len(sources))
+    if parts.normals is not None:
+        made.point_data["Normals"] = parts.normals
+    if parts.uvs is not None:
+        made.active_texture_coordinates = parts.uvs
     if mesh.groups or mesh.materials or mesh.images:
         made.field_data[EXTRAS] = [extras(mesh)]
     return made

@@ -8,17 +8,15 @@ from ..mesh import Mesh
 from .parts import (
     EXTRAS,
     extras,
-    given,
     image_of,
     in_bytes,
     merged,
     noted,
-    of_vertices,
     picture_of,
     put,
-    split,
+    separate,
     taken,
-    warn,
+    tell,
     with_extras,
 )
 
@@ -129,33 +127,28 @@ def to_trimesh(mesh: Mesh) -> Any:
     import numpy as np
     import trimesh
 
+    source = mesh
     if not mesh.is_triangular:
         mesh = mesh.triangulated()
-    sources, first, corners = split(mesh)
-    points, of_points = mesh.vertex_data, given(mesh.vertex_data)
-    normals = None
-    if "normals" in mesh.corner_data:
-        normals = of_vertices(mesh.corner_data["normals"], first, len(sources))
-    elif "normals" in points:
-        normals = points["normals"][sources]
+    parts = separate(mesh)
+    # A mesh of trimesh has one look only.
+    colors = {"vertex_colors": parts.of_points.pop("colors", None), "face_colors": parts.of_faces.pop("colors", None)}
     made = trimesh.Trimesh(
-        mesh.vertices[sources], corners.reshape(-1, 3), vertex_normals=normals, process=False
+        parts.positions, parts.corners.reshape(-1, 3), vertex_normals=parts.normals, process=False
     )
     kinds = []
-    if "uvs" in mesh.corner_data:
-        uvs = of_vertices(mesh.corner_data["uvs"], first, len(sources))
-        made.visual = _texture(mesh, uvs)
+    if parts.uvs is not None:
+        made.visual = _texture(mesh, parts.uvs)
         kinds.append("texture")
-    for name, data in (("vertex_colors", points), ("face_colors", mesh.face_data)):
-        if "colors" in data and not kinds:
-            rows = data["colors"][sources] if data is points else data["colors"]
-            setattr(made.visual, name, in_bytes(rows))
+    for name, rows in colors.items():
+        if rows is not None and kinds:
+            tell(source, "trimesh", [f"{name.replace('_', ' ')} beside {kinds[0].replace('_', ' ')}"])
+        elif rows is not None:
+            setattr(made.visual, name, rows)
             kinds.append(name)
-        elif "colors" in data:
-            warn("trimesh", [f"{name} beside {kinds[0]}"])
-    for name, values in of_points.items():
-        made.vertex_attributes[name] = values[sources]
-    for name, values in given(mesh.face_data).items():
+    for name, values in parts.of_points.items():
+        made.vertex_attributes[name] = values
+    for name, values in parts.of_faces.items():
         made.face_attributes[name] = values
     if kinds == ["texture"] or mesh.groups or mesh.materials:
         # Otherwise the default material that trimesh makes for texture coordinates would be read back.
