@@ -52,6 +52,8 @@ pub enum On {
 pub struct Field {
     /// The name of the quantity.
     pub name: String,
+    /// The unit of the values, for the legend; empty for none.
+    pub unit: String,
     /// The elements that the values belong to.
     pub on: On,
     /// The values; non-finite values have no colour.
@@ -70,7 +72,7 @@ impl Field {
     pub fn new(name: impl Into<String>, on: On, values: Vec<f64>) -> Self {
         let has = |test: fn(f64) -> bool| values.iter().any(|&x| x.is_finite() && test(x));
         let signed = has(|x| x < 0.0) && has(|x| x > 0.0);
-        Self { name: name.into(), on, values, signed, range: None, is_label: false }
+        Self { name: name.into(), on, values, signed, ..Self::default() }
     }
 
     /// A field of labels, which are whole numbers. If a value has a fraction or is beyond 2^31, it is a field of

@@ -39,7 +39,7 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
 <div id="length-of" aria-hidden="true" hidden></div>
 <details id="hints" open><summary>Hints</summary><ul><li>Drag: turn. With Shift: move.</li><li>Wheel or two fingers: zoom.</li><li>Click: read values. Twice: centre there.</li><li>Click the picture, then F: show all of it.</li></ul></details>
 </div>
-<div id="bar" role="img" hidden><div id="quantity"></div><div id="scale"><div id="above"></div><div id="ramp"></div><div id="below"></div><div id="ticks"></div></div><ul id="swatches" hidden></ul></div>
+<div id="bar" role="img" hidden><div id="quantity"></div><div id="unit"></div><div id="scale"><div id="above"></div><div id="ramp"></div><div id="below"></div><div id="ticks"></div></div><ul id="swatches" hidden></ul></div>
 <div id="problem" role="alert" hidden><p>The picture needs WebGL 2, which this browser does not have or has switched off.</p></div>
 <noscript><p>The picture needs JavaScript. Nothing is loaded from anywhere.</p></noscript>
 </main>

@@ -124,6 +124,8 @@ pub struct Section {
     pub header: Vec<String>,
     /// The rows of the table.
     pub lines: Vec<Vec<String>>,
+    /// The key of a field of labels: the first cell of each row of the table is one of them, and shows it alone.
+    pub labels: Option<String>,
     /// Whether it is collapsed at first.
     pub folded: bool,
 }
@@ -253,6 +255,7 @@ impl Page {
                 "rows": part.rows.iter().map(|(n, v)| [visible(n), visible(v)]).collect::<Vec<_>>(),
                 "header": all(&part.header),
                 "lines": part.lines.iter().map(|line| all(line)).collect::<Vec<_>>(),
+                "labels": part.labels.as_deref().map(visible),
                 "open": !part.folded,
             })
         };
@@ -433,7 +436,7 @@ impl<'a> Shown<'a> {
             On::Faces => "face",
         };
         json!({
-            "name": name, "on": on, "signed": field.signed, "range": field.range,
+            "name": name, "unit": visible(&field.unit), "on": on, "signed": field.signed, "range": field.range,
             "label": field.is_label,
             "blob": blobs.floats(values.iter().map(|&x| x as f32)),
             "fine": remainders(&values).map(|rest| blobs.bytes(&rest)),

@@ -746,7 +746,140 @@ fn the_legend_stands_beside_the_mesh() {
     }
 }
 
-/// Pointing at the surface moves nothing in the panel; hints fold when the mesh is turned.
+/// The numbers of pixels in the first colour of labels, in the second, and in others.
+fn hues(browser: &mut Browser) -> [f64; 3] {
+    let count = "(() => { const gl = canvas.getContext('webgl2'); curvmesh.time(); const n = canvas.width * canvas.height, p = new Uint8Array(4 * n); \
+                 gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, p); const found = [0, 0, 0]; \
+                 for (let i = 0; i < 4 * n; i += 4) { const [r, g, b] = p.subarray(i, i + 3); if (r > 250 && g > 250 && b > 250) continue; \
+                 found[Math.abs(g / r - 159 / 230) < 0.06 && b < 12 ? 0 : Math.abs(r / b - 86 / 233) < 0.06 && Math.abs(g / b - 180 / 233) < 0.06 ? 1 : 2]++; } return found; })()";
+    serde_json::from_value(browser.eval(count)).unwrap()
+}
+
+/// A label of the legend is shown alone by a click or a key, and all are back by the next one.
+#[test]
+fn a_label_is_isolated_by_the_legend() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mesh = torus();
+    let mut shown = Exhibit::of_mesh("torus", &mesh);
+    let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
+    let side = |x: f64| f64::from(u8::from(x >= 0.0));
+    let middle = |t: &[u32; 3]| t.iter().map(|&v| mesh.positions()[v as usize].x).sum::<f64>();
+    let of_faces = triangles.iter().map(|t| side(middle(t))).collect();
+    shown.fields.push(Field::labels("patch", On::Faces, of_faces));
+    let of_vertices = mesh.positions().iter().map(|p| side(p.x)).collect();
+    shown.fields.push(Field::labels("zone", On::Vertices, of_vertices));
+    let (_folder, path) = file(&Page::new("Alone", vec![shown]));
+    browser.open_view(&path);
+    browser.eval("canvas.style.outline = 'none'; document.getElementById('hints').open = false; 1");
+    browser.set("edges", "");
+    browser.set("backs", "");
+    let pressed = |browser: &mut Browser| {
+        browser.text("[...document.querySelectorAll('#swatches button')].map(b => b.getAttribute('aria-pressed')).join()")
+    };
+    let named = |browser: &mut Browser| {
+        browser.text("document.getElementById('bar').getAttribute('aria-label')")
+    };
+    let click = |browser: &mut Browser, row: usize| {
+        let place = format!(
+            "(() => {{ const r = document.querySelectorAll('#swatches button')[{row}].getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }})()"
+        );
+        let at: [f64; 2] = serde_json::from_value(browser.eval(&place)).unwrap();
+        browser.mouse("mousePressed", at, true);
+        browser.mouse("mouseReleased", at, false);
+        browser.settle();
+    };
+    let role = "document.getElementById('bar').getAttribute('role')";
+    assert_eq!(browser.text(role), "group", "buttons are no part of a picture");
+    // A point of each label, where nothing of the other is behind it.
+    let places = "[[0, 'patch'], [1, 'patch']].map(([label]) => { for (let y = 300; y < 600; y += 7) for (let x = 60; x < 800; x += 7) { const h = curvmesh.point(x, y); \
+                  if (h && Number(h.rows.find(r => r[0] === 'patch')[1]) === label) return [x, y]; } })";
+    let places: [[f64; 2]; 2] = serde_json::from_value(browser.eval(places)).unwrap();
+    let is_hit = |browser: &mut Browser, [x, y]: [f64; 2]| {
+        !browser.eval(&format!("curvmesh.point({x}, {y})")).is_null()
+    };
+    // But for the dot on the last point that was read.
+    let is_same = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 300.0);
+    for field in ["face:patch", "vertex:zone"] {
+        browser.set("color", field);
+        let all = hues(&mut browser);
+        assert!(all[0] > 20_000.0 && all[1] > 20_000.0, "{field}: {all:?}");
+        for row in [0, 1] {
+            click(&mut browser, row);
+            let one = hues(&mut browser);
+            assert!(one[row] > 20_000.0 && one[1 - row] < 50.0, "{field}: {one:?}");
+            assert_eq!(pressed(&mut browser), ["true,false", "false,true"][row]);
+            assert!(named(&mut browser).ends_with(&format!("; only {row} is shown")));
+            assert!(
+                browser.text("document.getElementById('live').textContent").starts_with("Only")
+            );
+            // What is hidden is not under the pointer, unless something was behind it.
+            assert!(is_hit(&mut browser, places[row]), "{field}");
+            click(&mut browser, row);
+            assert!(is_same(hues(&mut browser), all), "{field}");
+            assert_eq!(pressed(&mut browser), "false,false");
+        }
+    }
+    // The keyboard does the same, and the focus stays.
+    let all = hues(&mut browser);
+    browser.eval("document.querySelectorAll('#swatches button')[1].focus(); 1");
+    for key in ["Enter", " "] {
+        browser.press(key);
+        assert_eq!(pressed(&mut browser), "false,true", "{key:?}");
+        browser.press(key);
+        assert!(is_same(hues(&mut browser), all), "{key:?}");
+    }
+    assert_eq!(browser.eval("document.activeElement.value"), "1");
+    // The frame is that of what is shown, and so are lines on the surface.
+    browser.set("color", "face:patch");
+    browser.set("sharp", "1");
+    browser.eval("document.querySelector('[data-overlay=\"Sharp edges\"]').click(); 1");
+    browser.settle();
+    click(&mut browser, 0);
+    assert_eq!(browser.number("curvmesh.state.only"), 0.0);
+    let count = "[...curvmesh.meshes[0].overlays.values()].map(line => line.count).join()";
+    let counts = browser.text(count);
+    let [whole, part]: [f64; 2] =
+        serde_json::from_str(&format!("[{counts}]")).expect("lines of the whole and of a part");
+    assert!((0.4..0.6).contains(&(part / whole)), "{counts}");
+    browser.eval(
+        "document.querySelector('[data-overlay=\"Sharp edges\"]').click(); canvas.focus(); 1",
+    );
+    browser.press("f");
+    let middle = browser.number("curvmesh.state.target[0]");
+    assert!(middle < -1.0, "{middle}");
+    browser.wait_for("location.hash.includes('only=0')");
+    let link = browser.text("location.hash");
+    // The link shows the same again; a link to a label that there is not, all.
+    browser.press("i");
+    assert_eq!(browser.eval("curvmesh.state.only"), Value::Null);
+    browser.eval(&format!("location.hash = {link:?}; 1"));
+    browser.wait_for("curvmesh.state.only === 0");
+    browser.settle();
+    let one = hues(&mut browser);
+    assert!(one[0] > 20_000.0 && one[1] < 50.0, "{one:?}");
+    assert_eq!(pressed(&mut browser), "true,false");
+    browser.eval("location.hash = '#only=7'; 1");
+    browser.wait_for("curvmesh.state.only === null");
+    // The label in the middle of the picture.
+    browser.press("0");
+    let [x, y] = places[1];
+    browser.eval(&format!(
+        "(() => {{ const r = canvas.getBoundingClientRect(), at = {{ clientX: r.x + {x}, clientY: r.y + {y} }};
+           canvas.dispatchEvent(new MouseEvent('dblclick', at)); canvas.focus(); }})()"
+    ));
+    browser.settle();
+    browser.press("i");
+    assert_eq!(browser.number("curvmesh.state.only"), 1.0);
+    browser.press("Escape");
+    assert_eq!(browser.eval("curvmesh.state.only"), Value::Null);
+    // Other colours show all.
+    click(&mut browser, 1);
+    browser.set("map", "viridis");
+    assert_eq!(browser.eval("curvmesh.state.only"), Value::Null);
+    assert_eq!(browser.text(role), "img");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 /// Every label has a colour of its own, in the picture, in the legend and in the saved settings.
 #[test]
 fn labels_have_colours_of_their_own() {
@@ -774,12 +907,7 @@ fn labels_have_colours_of_their_own() {
     };
     assert_eq!(text(&mut browser, "swatches"), "72147483647");
     assert!(is_hidden(&mut browser, "scale") && is_hidden(&mut browser, "range"));
-    // Only two hues: orange and sky blue, both lit.
-    let hue = "(() => { const gl = canvas.getContext('webgl2'); curvmesh.time(); const n = canvas.width * canvas.height, p = new Uint8Array(4 * n); \
-               gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, p); const found = [0, 0, 0]; \
-               for (let i = 0; i < 4 * n; i += 4) { const [r, g, b] = p.subarray(i, i + 3); if (r > 250 && g > 250 && b > 250) continue; \
-               found[Math.abs(g / r - 159 / 230) < 0.06 && b < 12 ? 0 : Math.abs(r / b - 86 / 233) < 0.06 && Math.abs(g / b - 180 / 233) < 0.06 ? 1 : 2]++; } return found; })()";
-    let found: Vec<f64> = serde_json::from_value(browser.eval(hue)).unwrap();
+    let found = hues(&mut browser);
     assert!(found[0] > 20_000.0 && found[1] > 20_000.0, "{found:?}");
     // Rounded rims of the silhouette, where pixels are half background.
     assert!(found[2] < 0.05 * (found[0] + found[1]), "{found:?}");
@@ -788,12 +916,9 @@ fn labels_have_colours_of_their_own() {
     // More labels than colours.
     browser.set("color", "face:many");
     let legend = text(&mut browser, "swatches");
-    assert!(
-        legend.starts_with("-3-2-10123") && legend.ends_with("and 83 morecolours repeat"),
-        "{legend}"
-    );
+    assert!(legend.starts_with("-3-2-10123") && legend.ends_with("99colours repeat"), "{legend}");
     assert!(text(&mut browser, "histogram").contains("103 different values"));
-    assert_eq!(browser.number("document.querySelectorAll('#swatches span').length"), 20.0);
+    assert_eq!(browser.number("document.querySelectorAll('#swatches button').length"), 103.0);
     let name = browser.text("document.getElementById('bar').getAttribute('aria-label')");
     assert!(
         name.contains("many: a colour for each label: -3, -2") && name.contains("83 more"),
@@ -810,6 +935,7 @@ fn labels_have_colours_of_their_own() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// Pointing at the surface moves nothing in the panel; hints fold when the mesh is turned.
 #[test]
 fn pointing_moves_nothing_and_hints_fold() {
     let Some(mut browser) = Browser::start([1280, 800]) else { return };

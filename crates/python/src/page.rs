@@ -105,7 +105,8 @@ pub(crate) fn page(
         let exhibits = exhibits.collect::<Result<Vec<_>, Ended>>()?;
         let mut page = Page::new(given.title, exhibits);
         page.layout = layout;
-        let of_shape = || page.exhibits.first().and_then(Up::of_shape);
+        let shape = |shown: &Exhibit| Up::of_shape(&shown.positions, &shown.triangles);
+        let of_shape = || page.exhibits.first().and_then(shape);
         page.start.up = up.or_else(of_shape).unwrap_or_default();
         page.most_faces = given.most_faces.max(1);
         if given.exact_positions {

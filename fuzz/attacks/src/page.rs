@@ -24,7 +24,8 @@ fn page(text: &str) -> String {
         facts: vec![(text.into(), text.into())],
         ..Exhibit::default()
     };
-    exhibit.fields.push(Field::new(text, On::Vertices, vec![0.0, 1.0, 2.0]));
+    let field = Field::new(text, On::Vertices, vec![0.0, 1.0, 2.0]);
+    exhibit.fields.push(Field { unit: text.into(), ..field });
     exhibit.lines.push(Lines::through(text, [0; 3], &[DVec3::ZERO, DVec3::X]));
     let mut page = Page::new(text, vec![exhibit, of_file(text)]);
     page.start.color = Some(text.into());
@@ -35,6 +36,7 @@ fn page(text: &str) -> String {
         rows: vec![(text.into(), text.into())],
         header: vec![text.into()],
         lines: vec![vec![text.into()]],
+        labels: Some(text.into()),
         folded: false,
     });
     page.to_html().expect("a triangle can be shown")

@@ -81,7 +81,7 @@ const meshes = page.meshes.map((source, number) => {
   const parts = source.facts.find(([name]) => name === 'components')?.[1] ?? '1';
   // Found only when they are asked for. With merged vertices, they would be others than those of the file.
   if (!['0', '1'].includes(parts) && !source.simplified && !fields.has('face:component')) {
-    fields.set('face:component', { name: 'component', on: 'face', signed: false, range: null, label: true, fine: null, lazy: true, get values() { return mesh.cache.components ??= componentsOf(mesh); } });
+    fields.set('face:component', { name: 'component', unit: '', on: 'face', signed: false, range: null, label: true, fine: null, lazy: true, get values() { return mesh.cache.components ??= componentsOf(mesh); } });
   }
   return mesh;
 });
@@ -108,6 +108,22 @@ function componentsOf(mesh) {
   for (let v = 0; v < vertices; v++) if (used[v]) numbers[v] = n++;
   for (let f = 0; f < faces; f++) out[f] = numbers[first(3 * f)];
   return out;
+}
+
+// Whether the faces of a closed surface look into it.
+function isInsideOut(mesh) {
+  return mesh.cache.insideOut ??= (() => {
+    const { local: p, corners, faces, source } = mesh, fact = name => source.facts.find(([found]) => found === name)?.[1];
+    if (source.simplified || fact('boundary edges') !== '0' || (fact('inconsistent edges') ?? '0') !== '0') return false;
+    let volume = 0, size = 0;
+    for (let f = 0; f < faces; f++) {
+      const [a, b, c] = [0, 1, 2].map(i => 3 * corners[3 * f + i]);
+      const part = p[a] * (p[b + 1] * p[c + 2] - p[b + 2] * p[c + 1]) + p[a + 1] * (p[b + 2] * p[c] - p[b] * p[c + 2]) + p[a + 2] * (p[b] * p[c + 1] - p[b + 1] * p[c]);
+      volume += part; size += Math.abs(part);
+    }
+    // Surfaces that are only in part inside out have about the same volume on both sides.
+    return volume < -1e-6 * size;
+  })();
 }
 
 function vertexNormals(mesh) {
@@ -168,8 +184,9 @@ function faceNormal(mesh, f) {
 
 // The segments of an overlay, as pairs of points.
 function segmentsOf(mesh, wanted) {
-  const { ends, sides, count, edges } = edgesOf(mesh), p = mesh.local, out = [];
-  for (let e = 0; e < edges; e++) if (wanted(count[e], sides[2 * e], sides[2 * e + 1])) {
+  const { ends, sides, count, edges } = edgesOf(mesh), p = mesh.local, out = [], { face } = drawn(mesh);
+  const isDrawn = e => [sides[2 * e], sides[2 * e + 1]].some(f => f >= 0 && face(f));
+  for (let e = 0; e < edges; e++) if (wanted(count[e], sides[2 * e], sides[2 * e + 1]) && isDrawn(e)) {
     const a = 3 * ends[2 * e], b = 3 * ends[2 * e + 1];
     out.push(p[a], p[a + 1], p[a + 2], p[b], p[b + 1], p[b + 2]);
   }
@@ -200,10 +217,10 @@ function meanEdge(mesh) {
 // Directions are two bytes per vertex: a unit vector folded onto an octahedron.
 function directionSegments(mesh, set, length) {
   const raw = new Uint8Array(bytesOf(set.blob).buffer), p = mesh.local, out = new Float32Array(6 * mesh.vertices);
-  const half = 0.5 * length * meanEdge(mesh);
+  const half = 0.5 * length * meanEdge(mesh), { vertex } = drawn(mesh);
   let n = 0;
   for (let v = 0; v < mesh.vertices; v++) {
-    if (raw[2 * v] === 255 && raw[2 * v + 1] === 255) continue;
+    if ((raw[2 * v] === 255 && raw[2 * v + 1] === 255) || !vertex(v)) continue;
     let x = raw[2 * v] / 127 - 1, y = raw[2 * v + 1] / 127 - 1;
     const z = 1 - Math.abs(x) - Math.abs(y);
     if (z < 0) [x, y] = [(1 - Math.abs(y)) * (x < 0 ? -1 : 1), (1 - Math.abs(x)) * (y < 0 ? -1 : 1)];
@@ -241,7 +258,7 @@ const state = {
   smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true,
   overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: !matchMedia('(prefers-reduced-motion: reduce)').matches, shown: 0,
   theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, picked: null,
-  measuring: false, ends: [], cut: 'none', cutAt: 0, cutOther: false,
+  only: null, measuring: false, ends: [], cut: 'none', cutAt: 0, cutOther: false,
 };
 const FOV = 28 * Math.PI / 180;
 const normalized = q => { const n = Math.hypot(...q); return q.map(x => x / n); };
@@ -266,7 +283,7 @@ function upright(q) {
 }
 // As near as leaves everything in sight from here. The nearer the camera, the more the perspective
 // spreads what is in front, so that a few rounds are needed.
-function fit() {
+function fit(isWhole = true) {
   const turned = rows(state.turn), { width, height } = canvas.getBoundingClientRect();
   const cell = cells(Math.max(1, width), Math.max(1, height))[0], aspect = cell.width / cell.height;
   state.target = [0, 0, 0]; state.half = radius();
@@ -275,8 +292,9 @@ function fit() {
     const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
     for (const mesh of meshes) {
       const scale = state.together ? 1 : largest / mesh.radius, step = Math.max(1, Math.floor(mesh.faces / 4000));
-      const offset = mesh.source.center.map((c, i) => state.together ? c - sceneCenter[i] : 0);
-      for (let f = 0; f < 3 * mesh.faces; f += step) {
+      const offset = mesh.source.center.map((c, i) => state.together ? c - sceneCenter[i] : 0), shows = isWhole ? null : drawn(mesh).face;
+      for (let f = 0; f < 3 * mesh.faces; f += isWhole ? step : 1) {
+        if (shows && !shows((f / 3) | 0)) continue;
         const p = [0, 1, 2].map(i => mesh.local[3 * mesh.corners[f] + i] * scale + offset[i]);
         const nearer = state.perspective ? 1 / (1 - Math.min((dot(turned[2], p) - middle[2]) / away, 0.8)) : 1;
         for (const i of [0, 1]) {
@@ -378,19 +396,38 @@ function placeOf(list, x) {
   while (low < high) { const middle = (low + high) >> 1; if (list[middle] < x) low = middle + 1; else high = middle; }
   return list[low] === x ? low : -1;
 }
-// The colour of each element of a mesh, as its place in the map of labels; -1 for none.
+// The colour of each element of a mesh, as its place in the map of labels; -1 for none, -2 for what is hidden.
 function labelColors(mesh, key) {
-  const field = mesh.fields.get(key), { list, colors } = labelsOf(key);
-  return Float32Array.from(field.values, (_, i) => { const at = placeOf(list, labelOf(field, i)); return at < 0 ? -1 : colors[at % colors.length]; });
+  const field = mesh.fields.get(key), { list, colors } = labelsOf(key), { only } = state;
+  return Float32Array.from(field.values, (_, i) => {
+    const at = placeOf(list, labelOf(field, i));
+    return only !== null && list[at] !== only ? -2 : at < 0 ? -1 : colors[at % colors.length];
+  });
+}
+// The vertices and faces of a mesh that are drawn; all, unless one label is alone.
+function drawn(mesh) {
+  const field = isAlone() ? mesh.fields.get(state.color) : null, { corners } = mesh;
+  if (!field) return { vertex: () => true, face: () => true };
+  const has = i => labelOf(field, i) === state.only;
+  if (field.on === 'vertex') return { vertex: has, face: f => [0, 1, 2].some(i => has(corners[3 * f + i])) };
+  const vertices = new Uint8Array(mesh.vertices);
+  for (let h = 0; h < corners.length; h++) if (has((h / 3) | 0)) vertices[corners[h]] = 1;
+  return { vertex: v => vertices[v] === 1, face: has };
 }
 const showsLabels = () => isField(state.color) && currentMap().name === 'labels';
+const isAlone = () => state.only !== null && showsLabels();
 const labelColor = (key, at) => { const { colors } = labelsOf(key), i = 3 * colors[at % colors.length]; return `rgb(${LABELS.colors[i]} ${LABELS.colors[i + 1]} ${LABELS.colors[i + 2]})`; };
 const labelText = x => Number.isInteger(x) ? String(x) : digits(x);
-// What the legend tells: as many labels as there are colours, and what is not among them.
-function legendOf(key) {
+// What the legend tells: so many labels, or the one that is alone, and what is not among them.
+function legendOf(key, most) {
   const { list, colors } = labelsOf(key), notes = [];
-  if (list.length > colors.length) notes.push(`and ${grouped(list.length - colors.length)} more`, 'colours repeat');
-  return { shown: colors.map((_, i) => [labelColor(key, i), labelText(list[i])]), notes };
+  const shown = Array.from(list.subarray(0, most), (value, i) => ({ value, color: labelColor(key, i), text: labelText(value) }));
+  // One that is alone is told, however many are before it.
+  const at = isAlone() ? placeOf(list, state.only) : -1;
+  if (at >= most) shown[most - 1] = { value: list[at], color: labelColor(key, at), text: labelText(list[at]) };
+  if (list.length > most) notes.push(`and ${grouped(list.length - most)} more`);
+  if (list.length > colors.length) notes.push('colours repeat');
+  return { shown, notes };
 }
 
 function autoRange() {
@@ -440,6 +477,9 @@ ivec2 at(int i) { return ivec2(i & 4095, i >> 12); }
 uniform vec4 uCut; out float vCut;
 vec3 seen(vec3 p) { vCut = dot(uCut.xyz, p * uScale + uOffset) - uCut.w; return uTurn * (p * uScale + uOffset) - vec3(0., 0., uAway); }
 `;
+// The label of the nearest corner.
+const NEAREST = `int nearest(vec3 at, vec3 labels) { return int(at.x >= at.y && at.x >= at.z ? labels.x : at.y >= at.z ? labels.y : labels.z); }
+`;
 const FACES = [`${HEAD}${LOOKUP}
 uniform isampler2D tNormal; uniform sampler2D tValue; uniform usampler2D tUvIndex; uniform sampler2D tUv;
 uniform usampler2D tFaceMaterial; uniform sampler2D tMaterial;
@@ -479,7 +519,7 @@ void main() {
 in float vCut; in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase; flat in vec3 vLabel;
 uniform int uMode; uniform sampler2D tMap; uniform sampler2DArray tImages; uniform vec2 uRange; uniform bool uLog; uniform bool uEdges; uniform bool uBacks; uniform vec3 uEdgeColor;
 out vec4 color;
-void main() {
+${NEAREST}void main() {
   if (vCut > 0.) discard;
   vec3 base = vColor.rgb; float alpha = 1.; vec3 n = normalize(vNormal); float rough = 1., metal = 0.;
   if (uMode == 1 || uMode == 2) {
@@ -488,8 +528,8 @@ void main() {
     float t = uRange.y > uRange.x ? (x - uRange.x) / (uRange.y - uRange.x) : .5;
     base = missing ? vec3(140. / 255.) : texture(tMap, vec2(clamp(t, 0., 1.) * 255. / 256. + .5 / 256., .5)).rgb;
   } else if (uMode == 6 || uMode == 7) {
-    // The label of the nearest corner.
-    int i = int(vBary.x >= vBary.y && vBary.x >= vBary.z ? vLabel.x : vBary.y >= vBary.z ? vLabel.y : vLabel.z);
+    int i = nearest(vBary, vLabel);
+    if (i == -2) discard;
     base = i < 0 ? vec3(140. / 255.) : texelFetch(tMap, ivec2(i, 0), 0).rgb;
   } else if (uMode == 5) {
     vec4 texel = vMaterial.x < 0. ? vec4(1.) : texture(tImages, vec3(vUv.x, 1. - vUv.y, vMaterial.x));
@@ -513,15 +553,19 @@ void main() {
   color = vec4(lit, alpha);
 }`];
 const PICK = [`${HEAD}${LOOKUP}
-flat out uint vFace;
+flat out uint vFace; flat out vec3 vLabel; out vec3 vBary; uniform sampler2D tValue; uniform int uMode;
 void main() {
-  int face = gl_VertexID / 3;
-  int v = int(texelFetch(tIndex, at(face), 0)[gl_VertexID - 3 * face]);
+  int face = gl_VertexID / 3, corner = gl_VertexID - 3 * face;
+  ivec3 t = ivec3(texelFetch(tIndex, at(face), 0).xyz);
   vFace = uint(face);
-  gl_Position = uProjection * vec4(seen(texelFetch(tPosition, at(v), 0).xyz), 1.);
+  vBary = vec3(corner == 0, corner == 1, corner == 2);
+  vLabel = vec3(0.);
+  if (uMode == 6) vLabel = vec3(texelFetch(tValue, at(t.x), 0).x, texelFetch(tValue, at(t.y), 0).x, texelFetch(tValue, at(t.z), 0).x);
+  else if (uMode == 7) vLabel = vec3(texelFetch(tValue, at(face), 0).x);
+  gl_Position = uProjection * vec4(seen(texelFetch(tPosition, at(t[corner]), 0).xyz), 1.);
 }`, `${HEAD}
-flat in uint vFace; in float vCut; uniform uint uMesh; out uvec2 id;
-void main() { if (vCut > 0.) discard; id = uvec2(uMesh + 1u, vFace); }`];
+flat in uint vFace; flat in vec3 vLabel; in vec3 vBary; in float vCut; uniform uint uMesh; out uvec2 id;
+${NEAREST}void main() { if (vCut > 0. || nearest(vBary, vLabel) == -2) discard; id = uvec2(uMesh + 1u, vFace); }`];
 const LINES = [`${HEAD}
 layout(location = 0) in vec3 a; layout(location = 1) in vec3 b;
 uniform mat3 uTurn; uniform vec3 uOffset; uniform float uScale; uniform float uAway; uniform mat4 uProjection; uniform vec2 uPixel; uniform float uWidth; uniform vec4 uCut;
@@ -649,6 +693,15 @@ function bindMesh(mesh) {
   bind(1, textureOf(mesh, 'positions', () => table('RGB32F', mesh.local)));
 }
 
+// The labels as they are drawn. Of those that were alone, the last is kept.
+function labelTexture(mesh) {
+  const { color, only } = state, { textures } = mesh, make = () => table('R32F', labelColors(mesh, color));
+  if (only === null) return textureOf(mesh, 'labels ' + color, make);
+  const key = color + ' ' + only;
+  if (textures.aloneOf !== key) { gl.deleteTexture(textures.alone ?? null); textures.alone = make(); textures.aloneOf = key; }
+  return textures.alone;
+}
+
 // Which data colour a mesh; the number is that of the shader.
 function bindColors(mesh) {
   const { source } = mesh, none = start.none;
@@ -657,7 +710,7 @@ function bindColors(mesh) {
   bind(UNITS.tNormal, state.smooth ? textureOf(mesh, 'normals', () => table('RGBA16I', vertexNormals(mesh))) : none.tNormal);
   const field = mesh.fields.get(state.color);
   if (field && showsLabels()) {
-    bind(3, textureOf(mesh, 'labels ' + state.color, () => table('R32F', labelColors(mesh, state.color))));
+    bind(3, labelTexture(mesh));
     return field.on === 'vertex' ? 6 : 7;
   }
   if (field) {
@@ -754,11 +807,13 @@ function levelNow() {
   return found < 0 ? meshes.length - 1 : found;
 }
 
+// Ends the names of lines on what is drawn of a mesh while one label is alone.
+const ALONE = '\0';
 function overlaysOf(mesh) {
-  const { source } = mesh, list = [];
+  const { source } = mesh, list = [], alone = isAlone() ? ALONE + state.color + state.only : '';
   const add = (name, color, width, make, on = true) => {
     if (on && state.overlays.has(name)) {
-      const key = name + (name === 'Sharp edges' ? state.sharp : '') + (source.directions.some(d => d.name === name) ? state.length : '');
+      const key = name + (name === 'Sharp edges' ? state.sharp : '') + (source.directions.some(d => d.name === name) ? state.length : '') + alone;
       if (!mesh.overlays.has(key)) mesh.overlays.set(key, lineArray(make()));
       list.push({ ...mesh.overlays.get(key), color, width });
     }
@@ -972,6 +1027,9 @@ function pickBuffer() {
     gl.viewport(cell.x, cell.y, cell.width, cell.height);
     gl.scissor(cell.clip[0], cell.y, cell.clip[1], cell.height);
     bindMesh(cell.mesh);
+    const field = isAlone() ? cell.mesh.fields.get(state.color) : null;
+    bind(UNITS.tValue, field ? labelTexture(cell.mesh) : start.none.tValue);
+    gl.uniform1i(p.at('uMode'), field ? field.on === 'vertex' ? 6 : 7 : 0);
     setCamera(p, cell.mesh, cell.width / cell.height);
     gl.uniform1ui(p.at('uMesh'), cell.mesh.number);
     gl.drawArrays(gl.TRIANGLES, 0, 3 * cell.mesh.faces);
@@ -1138,30 +1196,33 @@ const panel = element('controls');
 function buildControls() {
   const view = [], colors = [], lines = [];
   if (meshes.length > 1) {
-    const layouts = [['side', 'Side by side'], ['wipe', 'One over the other'], ['blink', 'In turns'], ['one', 'One of them']];
+    const layouts = [['side', 'Side by side'], ['wipe', 'Wipe'], ['blink', 'Blink'], ['one', 'One of them']];
     if (meshes.some(m => m.source.coverage !== null)) layouts.push(['distance', 'By size on the screen']);
     const [line, input] = select('Arrange', layouts, state.layout, value => { state.layout = value; showLayout(); redraw(); }, 'layout');
     const [wipeLine, wipe] = slider('Move the border', [0, meshes.length - 1, 0.01], state.wipe, x => { state.wipe = x; redraw(); }, 'wipe');
-    const [oneLine, one] = select('Show', meshes.map((m, i) => [String(i), m.source.name]), '0', x => { state.one = Number(x); redraw(); showFacts(); }, 'one');
-    const [blinkLine, blink] = checkbox('Change by itself (B changes once)', state.blink, x => { state.blink = x; }, 'blink');
+    const [oneLine, one] = select('Show', meshes.map((m, i) => [String(i), m.source.name]), '0', x => { state.one = Number(x); controls.levels.value = x; redraw(); showFacts(); }, 'one');
+    const [blinkLine, blink] = checkbox('Autoplay (B shows the next)', state.blink, x => { state.blink = x; }, 'blink');
     const level = make('p', { id: 'level', className: 'note' });
+    const [levelLine, levels] = slider('Level', [0, meshes.length - 1, 1], 0, x => { state.one = x; one.value = String(x); levels.setAttribute('aria-valuetext', meshes[x].source.name); redraw(); showFacts(); }, 'levels');
+    const hasLevels = meshes.some(m => m.source.coverage !== null);
     const [togetherLine, together] = checkbox('Same place and scale for all', state.together, x => { state.together = x; resetCamera(); redraw(); }, 'together');
     Object.assign(controls, { layout: input, wipe, one, blink, together });
-    controls.byLayout = { wipe: wipeLine, one: oneLine, blink: blinkLine, distance: level };
-    view.push(line, wipeLine, oneLine, blinkLine, level, togetherLine);
+    controls.byLayout = { wipe: [wipeLine], one: hasLevels ? [oneLine, levelLine] : [oneLine], blink: [blinkLine], distance: [level] };
+    controls.levels = levels;
+    view.push(line, wipeLine, oneLine, ...(hasLevels ? [levelLine] : []), blinkLine, level, togetherLine);
   }
   let lineOf;
   [lineOf, controls.smooth] = checkbox('Smooth shading (G)', state.smooth, x => { state.smooth = x; redraw(); }, 'smooth'); view.push(lineOf);
   [lineOf, controls.edges] = checkbox('Edges (E)', state.edges, x => { state.edges = x; redraw(); }, 'edges'); view.push(lineOf);
   [lineOf, controls.backs] = checkbox('Tint what is seen from behind', state.backs, x => { state.backs = x; redraw(); }, 'backs'); view.push(lineOf);
   [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
-  [lineOf, controls.theme] = select('Brightness', [['auto', 'As the system'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
+  [lineOf, controls.theme] = select('Brightness', [['auto', 'Default of the system'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
   const full = button('Full screen', () => document.fullscreenElement ? document.exitFullscreen() : document.querySelector('main').requestFullscreen().catch(() => { live.textContent = 'The browser allows no full screen here'; }), 'full');
   full.className = 'broad';
   full.hidden = !document.fullscreenEnabled;
   const sides = make('div', { className: 'buttons', role: 'group', 'aria-label': 'Look from' }, ...SIDES.map(([name, q], i) => button(name, () => { state.turn = normalized(upright(q)); redraw(); }, '', 'Key ' + (i + 1))));
-  view.push(sides, make('div', { className: 'buttons two' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Frame the mesh', () => { fit(); redraw(); }, 'frame', 'Key F'), button('Save picture', savePicture, 'save', 'Key S'), button('Copy link', copyLink, 'link', 'The address with this view and these settings'), full));
+  view.push(sides, make('div', { className: 'buttons two' }, button('Reset view', () => { resetCamera(); redraw(); }, 'reset', 'Key 0'), button('Frame the mesh', () => { fit(!isAlone()); redraw(); }, 'frame', 'Key F'), button('Save picture', savePicture, 'save', 'Key S'), button('Copy link', copyLink, 'link', 'The address with this view and these settings'), full));
 
   controls.address = make('input', { type: 'text', readOnly: true, id: 'address' });
   const address = labelled('Link', controls.address);
@@ -1169,11 +1230,11 @@ function buildControls() {
   view.push(address);
 
   [lineOf, controls.color] = select('Colour by', COLORS, state.color, setColor, 'color'); colors.push(lineOf);
-  const mapNames = [['auto', 'Usual'], ...maps.map(m => [m.name, m.name])];
-  [lineOf, controls.map] = select('Colours', mapNames, 'auto', x => { state.map = x; showRange(); redraw(); }, 'map');
+  const mapNames = [['auto', 'Default'], ...maps.map(m => [m.name, m.name])];
+  [lineOf, controls.map] = select('Colours', mapNames, 'auto', x => { state.map = x; if (state.only !== null) setOnly(null); showRange(); redraw(); }, 'map');
   const mapLine = lineOf;
   controls.scaleOnly = [];
-  [lineOf, controls.range] = select('Range', [['auto', '2 % to 98 % of them'], ['five', '5 % to 95 % of them'], ['full', 'All values'], ['given', 'As below']], 'auto', x => { state.range = x; setRange(); }, 'range');
+  [lineOf, controls.range] = select('Range', [['auto', '2nd to 98th percentile'], ['five', '5th to 95th percentile'], ['full', 'All values'], ['given', 'Custom']], 'auto', x => { state.range = x; setRange(); }, 'range');
   controls.scaleOnly.push(lineOf);
   const number = (id, label) => {
     const input = make('input', { type: 'text', inputMode: 'decimal', id, autocomplete: 'off', 'aria-label': label });
@@ -1215,6 +1276,7 @@ function buildControls() {
 // After a link was read: every control as the state is.
 function showControls() {
   for (const name of ['smooth', 'edges', 'backs', 'perspective', 'blink', 'together', 'symmetric', 'log', 'cutOther']) if (controls[name]) controls[name].checked = state[name];
+  if (controls.levels) controls.levels.value = String(state.one);
   for (const name of ['layout', 'wipe', 'one', 'theme', 'up', 'color', 'map', 'range', 'sharp', 'length', 'cut', 'cutAt']) if (controls[name]) controls[name].value = String(state[name]);
   for (const input of panel.querySelectorAll('[data-overlay]')) input.checked = state.overlays.has(input.dataset.overlay);
   controls.sharpOut.textContent = state.sharp + '°';
@@ -1222,9 +1284,24 @@ function showControls() {
 }
 
 const KEYS = [['Arrows', 'turn (with Shift: move)'], ['+ −', 'nearer, farther'], [', .', 'roll'], ['0', 'the first view'], ['1 … 6', 'from the front, back, left, right, top, bottom'],
-  ['X', 'read the middle of the picture'], ['M', 'measure a distance'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
+  ['X', 'read the middle of the picture'], ['M', 'measure a distance'], ['I', 'only the label in the middle, or all'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
 const R = Math.SQRT1_2;
 const SIDES = [['Front', [0, 0, 0, 1]], ['Back', [0, 1, 0, 0]], ['Left', [0, R, 0, R]], ['Right', [0, -R, 0, R]], ['Top', [R, 0, 0, R]], ['Bottom', [-R, 0, 0, R]]];
+
+// Shows one label of a field alone, from a table.
+function aloneButton(key, text) {
+  const press = button(text, () => {
+    const value = Number(text);
+    if (state.color === key && state.only === value) { setOnly(null); return; }
+    if (state.color !== key) setColor(key);
+    if (!showsLabels()) { state.map = 'auto'; controls.map.value = 'auto'; showRange(); }
+    if (showsLabels()) setOnly(value);
+  });
+  press.dataset.labels = key;
+  press.value = text;
+  press.setAttribute('aria-pressed', 'false');
+  return press;
+}
 
 function reportPart(part) {
   const box = make('div');
@@ -1235,13 +1312,13 @@ function reportPart(part) {
   if (part.lines.length) {
     box.append(make('div', { className: 'scroll', tabIndex: 0, role: 'region', 'aria-label': part.title }, make('table', { className: 'wide' },
       make('tr', {}, ...part.header.map(text => make('th', { scope: 'col', textContent: text }))),
-      ...part.lines.map(line => make('tr', {}, ...line.map(text => make('td', {}, make('bdi', { textContent: text }))))))));
+      ...part.lines.map(line => make('tr', {}, ...line.map((text, i) => make('td', {}, i === 0 && part.labels ? aloneButton(part.labels, text) : make('bdi', { textContent: text }))))))));
   }
   return box;
 }
 
 function showLayout() {
-  for (const [name, line] of Object.entries(controls.byLayout ?? {})) line.hidden = state.layout !== name;
+  for (const [name, lines] of Object.entries(controls.byLayout ?? {})) for (const line of lines) line.hidden = state.layout !== name;
   if (controls.layout) controls.layout.value = state.layout;
 }
 function showCut() { for (const line of controls.cutOnly) line.hidden = state.cut === 'none'; }
@@ -1251,6 +1328,7 @@ function showTheme() {
   redraw();
 }
 function setColor(key) {
+  if (state.only !== null) setOnly(null);
   state.color = key;
   controls.color.value = key;
   if (isField(key)) {
@@ -1305,16 +1383,43 @@ function showSwatches() {
   const isShown = showsLabels(), list = element('swatches');
   element('scale').hidden = isShown;
   list.hidden = !isShown;
+  // A picture has no buttons for readers of the screen.
+  element('bar').setAttribute('role', isShown ? 'group' : 'img');
   list.replaceChildren();
   if (!isShown) return;
-  const { shown, notes } = legendOf(state.color);
-  for (const [color, text] of shown) {
-    const swatch = make('span');
+  const { shown, notes } = legendOf(state.color, ROWS);
+  for (const { value, color, text } of shown) {
+    const swatch = make('span'), press = button('', () => setOnly(state.only === value ? null : value));
     swatch.style.setProperty('--color', color);
-    list.append(make('li', {}, swatch, text));
+    press.append(swatch, text);
+    press.value = value;
+    list.append(make('li', {}, press));
   }
   list.append(...notes.map(note => make('li', { textContent: note })));
-  element('bar').setAttribute('aria-label', `${fieldOf(state.color).name}: a colour for each label: ${shown.map(([, text]) => text).join(', ')}${notes.map(note => '; ' + note).join('')}`);
+  showOnly();
+}
+// So many labels have a row in the legend.
+const ROWS = 400;
+// Shows one label alone, or all.
+function setOnly(value) {
+  state.only = value;
+  for (const mesh of meshes) for (const [key, { vao, buffer }] of mesh.overlays) if (key.includes(ALONE)) { gl.deleteVertexArray(vao); gl.deleteBuffer(buffer); mesh.overlays.delete(key); }
+  if (value !== null && ![...element('swatches').querySelectorAll('button')].some(press => press.value === String(value))) showSwatches();
+  else showOnly();
+  const name = fieldOf(state.color)?.name;
+  live.textContent = value === null ? 'All labels are shown' : `Only ${name} ${labelText(value)} is shown. Press again for all.`;
+  redraw();
+}
+function showOnly() {
+  const isOne = isAlone(), list = element('swatches'), { shown, notes } = legendOf(state.color, LABELS.colors.length / 3);
+  list.classList.toggle('alone', isOne);
+  for (const press of [...list.querySelectorAll('button'), ...element('facts').querySelectorAll('[data-labels]')]) {
+    const isHere = !press.dataset.labels || press.dataset.labels === state.color;
+    press.setAttribute('aria-pressed', String(isOne && isHere && press.value === String(state.only)));
+  }
+  list.querySelector('[aria-pressed="true"]')?.scrollIntoView({ block: 'nearest' });
+  const more = isOne ? `; only ${labelText(state.only)} is shown` : notes.map(note => '; ' + note).join('');
+  element('bar').setAttribute('aria-label', `${fieldOf(state.color).name}: a colour for each label: ${shown.map(({ text }) => text).join(', ')}${more}`);
 }
 function showRange() {
   showFieldControls();
@@ -1325,6 +1430,7 @@ function showRange() {
   element('ramp').style.setProperty('--stops', stops);
   const field = fieldOf(state.color), values = field ? sorted(state.color) : [];
   element('quantity').textContent = field ? field.name : '';
+  element('unit').textContent = field ? field.unit : '';
   element('ticks').replaceChildren(...ticks().map(t => { const mark = make('span', { textContent: tickText(t) }); mark.style.setProperty('--at', 100 * (place(t) ?? 0) + '%'); return mark; }));
   // An arrow at each end that values go beyond: they have the colour of the end.
   const beyond = { below: values.length > 0 && values[0] < state.low, above: values.length > 0 && values[values.length - 1] > state.high };
@@ -1333,7 +1439,7 @@ function showRange() {
     element(name).style.setProperty('--color', colorAt(end));
   }
   const further = Object.keys(beyond).filter(name => beyond[name]);
-  element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)}` + (further.length ? `; some values are ${further.join(' or ')}` : '') : '');
+  element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)} ${field.unit}`.trimEnd() + (further.length ? `; some values are ${further.join(' or ')}` : '') : '');
   showSwatches();
   showHistogram();
 }
@@ -1384,13 +1490,14 @@ function showHistogram() {
 function showNames() {
   const box = element('names'), scale = 1 / ratio();
   const list = cells(canvas.width, canvas.height);
-  const wanted = meshes.length > 1 || meshes[0].source.simplified;
-  const key = JSON.stringify(list.map(c => [c.mesh.number, c.x, c.y, c.clip, c.height]));
+  const wanted = meshes.length > 1 || meshes[0].source.simplified || meshes.some(isInsideOut);
+  const key = JSON.stringify([state.backs, list.map(c => [c.mesh.number, c.x, c.y, c.clip, c.height])]);
   if (showNames.key === key) { showLevel(); return; }
   showNames.key = key;
   box.replaceChildren(...(wanted ? list : []).map(cell => {
     const { source } = cell.mesh, note = source.simplified ? ` (shown with ${grouped(cell.mesh.faces)} of ${grouped(source.simplified)} faces)` : '';
     const name = make('div', {}, make('bdi', { textContent: source.name }), note);
+    if (isInsideOut(cell.mesh)) name.append(make('br'), state.backs ? 'Inside out: violet is the inner side' : 'Inside out');
     name.style.left = cell.clip[0] * scale + 'px'; name.style.maxWidth = cell.clip[1] * scale - 16 + 'px';
     name.style.top = (canvas.height - cell.y - cell.height) * scale + 'px';
     return name;
@@ -1400,7 +1507,7 @@ function showNames() {
 function showLevel() {
   if (state.layout !== 'distance' || meshes.length < 2) return;
   const level = levelNow();
-  element('level').textContent = `Fills ${Math.round(100 * coverage())} % of the height: ${meshes[level].source.name}. Zoom to see the change.`;
+  element('level').textContent = `Fills ${Math.round(100 * coverage())} % of the height (${Math.round(coverage() * canvas.clientHeight)} pixels): ${meshes[level].source.name}. Zoom to see the change.`;
 }
 
 // Counts of each mesh.
@@ -1411,7 +1518,8 @@ function showFacts() {
     ...meshes.map(m => make('td', {}, make('bdi', { textContent: m.source.facts.find(([n]) => n === name)?.[1] ?? '' })))));
   box.replaceChildren(make('table', { className: 'wide' }, ...head, ...lines));
   const notes = meshes.filter(m => m.source.simplified).map(m => make('p', { className: 'note', textContent: `${m.source.name}: ${grouped(m.source.simplified)} faces are too many for a page; shown are ${grouped(m.faces)}, made by merging vertices that are close together. Values, numbers of vertices and of faces are those of the original.` }));
-  box.append(...notes);
+  const reversed = meshes.filter(isInsideOut).map(m => make('p', { className: 'note', textContent: `${m.source.name} is inside out: its faces look into the closed surface. What is seen from outside is their back, which is tinted violet, and curvatures have the opposite sign. \u201ccurvmesh repair --reorient\u201d turns the faces.` }));
+  box.append(...notes, ...reversed);
 }
 
 async function savePicture() {
@@ -1429,9 +1537,9 @@ async function savePicture() {
   pen.font = `${13 * scale}px system-ui, sans-serif`;
   pen.textBaseline = 'middle';
   if (isLegend && showsLabels()) {
-    const { shown, notes } = legendOf(state.color), left = width + 8 * scale, step = Math.min(21 * scale, (height - 90 * scale) / (shown.length + notes.length));
+    const { shown, notes } = isAlone() ? { shown: [{ color: labelColor(state.color, placeOf(labelsOf(state.color).list, state.only)), text: labelText(state.only) }], notes: [] } : legendOf(state.color, LABELS.colors.length / 3), left = width + 8 * scale, step = Math.min(21 * scale, (height - 90 * scale) / (shown.length + notes.length));
     let y = 64 * scale;
-    for (const [color, text] of shown) { pen.fillStyle = color; pen.fillRect(left, y - 7 * scale, 18 * scale, Math.min(14 * scale, step)); pen.fillStyle = ink; pen.fillText(text, left + 25 * scale, y, aside - 40 * scale); y += step; }
+    for (const { color, text } of shown) { pen.fillStyle = color; pen.fillRect(left, y - 7 * scale, 18 * scale, Math.min(14 * scale, step)); pen.fillStyle = ink; pen.fillText(text, left + 25 * scale, y, aside - 40 * scale); y += step; }
     for (const note of notes) { pen.fillText(note, left, y, aside - 16 * scale); y += step; }
     pen.fillText(fieldOf(state.color).name, left, 32 * scale, aside - 16 * scale);
   } else if (isLegend) {
@@ -1445,7 +1553,9 @@ async function savePicture() {
     pen.fillStyle = ink;
     for (const t of ticks()) { const y = top + tall * (1 - (place(t) ?? 0)); pen.fillRect(left + wide, y, 4 * scale, scale); pen.fillText(tickText(t), left + wide + 7 * scale, y); }
     // A long name is made narrower, never cut.
-    pen.fillText(fieldOf(state.color).name, left, top - 32 * scale, aside - 16 * scale);
+    const { name, unit } = fieldOf(state.color);
+    pen.fillText(name, left, top - 40 * scale, aside - 16 * scale);
+    pen.fillText(unit, left, top - 22 * scale, aside - 16 * scale);
   }
   if (meshes.length > 1) for (const cell of cells(width, height)) pen.fillText(cell.mesh.source.name, cell.clip[0] + 12 * scale, height - cell.y - cell.height + 18 * scale);
   const length = element('length-of');
@@ -1527,11 +1637,18 @@ canvas.addEventListener('dblclick', event => {
   redraw();
 });
 
+// Shows only the label in the middle of the picture, or all.
+function isolate() {
+  if (state.only !== null) { setOnly(null); return; }
+  const hit = showsLabels() ? pick(canvas.clientWidth / 2, canvas.clientHeight / 2) : null, field = hit?.mesh.fields.get(state.color);
+  const value = field ? labelOf(field, field.on === 'vertex' ? hit.vertex : hit.face) : NaN;
+  if (Number.isFinite(value)) setOnly(value + 0); else live.textContent = 'No label here';
+}
 const flip = name => { controls[name].checked = state[name] = !state[name]; redraw(); };
 const next = (list, value) => list[(list.indexOf(value) + 1) % list.length];
 function nextMesh() {
   if (meshes.length < 2) return;
-  if (state.layout === 'one') { state.one = (state.one + 1) % meshes.length; controls.one.value = String(state.one); }
+  if (state.layout === 'one') { state.one = (state.one + 1) % meshes.length; controls.one.value = controls.levels.value = String(state.one); }
   else { if (state.layout !== 'blink') { state.layout = 'blink'; state.blink = controls.blink.checked = false; showLayout(); } state.shown = (state.shown + 1) % meshes.length; }
   live.textContent = meshes[state.layout === 'one' ? state.one : state.shown].source.name;
   redraw();
@@ -1547,8 +1664,8 @@ const ACTIONS = {
   '+': () => zoom(1 / 1.15), '=': () => zoom(1 / 1.15), '-': () => zoom(1.15), ',': () => roll(0.1), '.': () => roll(-0.1),
   '0': () => { resetCamera(); redraw(); }, Home: () => { resetCamera(); redraw(); },
   x: () => { element('cross').hidden = false; read(canvas.clientWidth / 2, canvas.clientHeight / 2); },
-  m: () => setMeasuring(!state.measuring), Escape: () => setMeasuring(false),
-  c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(); redraw(); }, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
+  m: () => setMeasuring(!state.measuring), Escape: () => { if (state.measuring) setMeasuring(false); else if (isAlone()) setOnly(null); },
+  c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(!isAlone()); redraw(); }, i: isolate, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
   a: () => { if (controls.layout) { state.layout = next([...controls.layout.options].map(o => o.value), state.layout); showLayout(); redraw(); } },
   b: nextMesh, '[': () => moveBorder(-0.05), ']': () => moveBorder(0.05),
   d: () => { state.theme = themeNow() === 'dark' ? 'light' : 'dark'; showTheme(); }, s: savePicture,
@@ -1585,7 +1702,9 @@ const LINKED = {
   smooth: flag('smooth'), edges: flag('edges'), backs: flag('backs'), perspective: flag('perspective'),
   theme: choice('theme', optionsOf('theme')), up: choice('up', optionsOf('up')),
   color: { get: () => state.color, set: text => { if (COLORS.some(([key]) => key === text)) setColor(text); } },
-  map: choice('map', optionsOf('map')), symmetric: flag('symmetric'), log: flag('log'), range: choice('range', optionsOf('range')),
+  map: choice('map', optionsOf('map')),
+  only: { get: () => isAlone() ? String(state.only) : '', set: text => { const x = Number(text); state.only = text !== '' && showsLabels() && placeOf(labelsOf(state.color).list, x) >= 0 ? x : null; } },
+  symmetric: flag('symmetric'), log: flag('log'), range: choice('range', optionsOf('range')),
   ends: {
     get: () => state.range === 'given' ? [state.low, state.high].join() : '',
     set: text => { const [low, high] = text.split(',').map(Number); if (state.range === 'given' && low < high && Number.isFinite(high - low) && !(state.log && low <= 0)) { state.low = low; state.high = high; } },
