@@ -68,7 +68,12 @@ pub(crate) fn is_page(path: &Path) -> std::io::Result<bool> {
 
 /// The axis that points up in a file: as its format says, or its shape and place.
 pub(crate) fn usual_up(path: &Path, exhibits: &[Exhibit]) -> Up {
-    let of_shape = || exhibits.first().and_then(Up::of_shape);
+    let shape = |exhibit: &Exhibit| Up::of_shape(&exhibit.positions, &exhibit.triangles);
+    up_of(path, || exhibits.first().and_then(shape))
+}
+
+/// The axis that points up in a file: as its format says, or the given function for its shape and place.
+pub(crate) fn up_of(path: &Path, of_shape: impl Fn() -> Option<Up>) -> Up {
     match Format::from_extension(path) {
         Some(Format::Gltf | Format::Glb) => Up::Y,
         Some(Format::Stl) => of_shape().unwrap_or(Up::Z),
@@ -164,14 +169,42 @@ pub(crate) fn largest_distances(
 ) -> Result<Field, SurfaceError> {
     let from = Surface::from_triangles(&exhibit.positions, &exhibit.triangles)?;
     let values = face_distances(&from, to, points);
-    Ok(Field { signed: false, ..Field::new("largest distance in face", On::Faces, values) })
+    let field = Field::new("largest distance in face", On::Faces, values);
+    Ok(Field { signed: false, unit: MODEL_UNITS.into(), ..field })
+}
+
+/// About this number of points measure the distances inside faces.
+pub(crate) const ON_FACES: usize = 200_000;
+
+/// Puts the distances from a surface in front of the other fields: of the vertices, and inside faces.
+pub(crate) fn add_distances(exhibit: &mut Exhibit, to: &Surface) -> Result<(), SurfaceError> {
+    let fields = [distance_field(exhibit, to), largest_distances(exhibit, to, ON_FACES)?];
+    exhibit.fields.retain(|field| fields.iter().all(|new| new.name != field.name));
+    exhibit.fields.splice(0..0, fields);
+    Ok(())
 }
 
 /// The distance of every vertex from a surface.
-pub(crate) fn distance_field(exhibit: &Exhibit, to: &Surface) -> Field {
+fn distance_field(exhibit: &Exhibit, to: &Surface) -> Field {
     Field {
         signed: false,
+        unit: MODEL_UNITS.into(),
         ..Field::new("distance", On::Vertices, to.distances(&exhibit.positions))
+    }
+}
+
+/// The unit of lengths.
+pub(crate) const MODEL_UNITS: &str = "model units";
+
+/// Tells the units of curvatures.
+pub(crate) fn set_units(fields: &mut [Field]) {
+    for field in fields {
+        let unit = match &*field.name {
+            "mean_curvature" | "k1" | "k2" | "curvedness" => "1 / model unit",
+            "gaussian_curvature" => "1 / model unit\u{b2}",
+            _ => continue,
+        };
+        field.unit = unit.into();
     }
 }
 

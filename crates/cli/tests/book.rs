@@ -2,7 +2,8 @@
 //!
 //! Each page has a folder with small generated meshes, in which its `sh` blocks run line by line. With
 //! `CURVMESH_BOOK=rewrite` the pictures that a page makes replace the pictures that it shows, and
-//! `docs/reference.md` gets the current help texts.
+//! `docs/reference.md` gets the current help texts. A picture with the name of a page is a picture of that page in
+//! Chromium.
 #![allow(clippy::unwrap_used)]
 #![cfg(unix)]
 
@@ -12,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::{json, write};
+use crate::views::browser::Browser;
 use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, Repair, build};
 use mesh_io::{Model, WriteOptions};
@@ -108,12 +110,24 @@ fn run(page: &Path) -> usize {
     if is_rewriting() {
         for image in targets(&text).into_iter().filter(|link| is_picture(link)) {
             let made = folder.path().join(Path::new(image).file_name().unwrap());
+            photograph(&made.with_extension("html"), &made);
             if made.exists() {
                 fs::copy(made, page.parent().unwrap().join(image)).unwrap();
             }
         }
     }
     lines.len()
+}
+
+/// Takes a picture of a page, if there is one.
+fn photograph(page: &Path, picture: &Path) {
+    let browser = page.exists().then(|| Browser::start([960, 600])).flatten();
+    if let Some(mut browser) = browser {
+        browser.open_view(page);
+        browser.eval("canvas.style.outline = 'none'; 1");
+        browser.settle();
+        fs::write(picture, browser.picture(None).png).unwrap();
+    }
 }
 
 /// Whether a link leads to a picture that commands make.
@@ -137,16 +151,33 @@ fn is_rewriting() -> bool {
     std::env::var_os("CURVMESH_BOOK").is_some_and(|wish| wish == "rewrite")
 }
 
-/// The targets of the links and pictures of a page, without the part after `#`.
-fn targets(text: &str) -> Vec<&str> {
+/// The targets of the links and pictures of a page.
+fn links(text: &str) -> impl Iterator<Item = &str> {
     let code_free = text.split("```").step_by(2);
     code_free
         .flat_map(|part| part.split("](").skip(1))
         .filter_map(|rest| rest.split(')').next())
         .filter(|link| !link.contains("://"))
-        .map(|link| link.split('#').next().unwrap())
-        .filter(|link| !link.is_empty())
-        .collect()
+}
+
+/// The same, without the part after `#`.
+fn targets(text: &str) -> Vec<&str> {
+    let files = links(text).map(|link| link.split('#').next().unwrap());
+    files.filter(|link| !link.is_empty()).collect()
+}
+
+/// The anchors of the headings of a page, as mdBook and hosts of repositories make them.
+fn anchors(text: &str) -> Vec<String> {
+    let lines = text.split("```").step_by(2).flat_map(str::lines);
+    let headings = lines.filter(|line| line.starts_with('#'));
+    let mut found: Vec<String> = Vec::new();
+    for heading in headings.map(|line| line.trim_start_matches('#').trim().to_lowercase()) {
+        let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+        let anchor: String = kept.map(|c| if c == ' ' { '-' } else { c }).collect();
+        let again = found.iter().filter(|other| **other == anchor).count();
+        found.push(if again == 0 { anchor } else { format!("{anchor}-{again}") });
+    }
+    found
 }
 
 #[test]
@@ -175,6 +206,27 @@ fn links_lead_to_files() {
         let text = fs::read_to_string(&page).unwrap();
         for link in targets(&text) {
             assert!(page.parent().unwrap().join(link).exists(), "{}: {link}", page.display());
+        }
+        for (file, anchor) in links(&text).filter_map(|link| link.split_once('#')) {
+            let target = match file {
+                "" => page.clone(),
+                file => page.parent().unwrap().join(file),
+            };
+            let found = anchors(&fs::read_to_string(target).unwrap());
+            assert!(found.iter().any(|found| found == anchor), "{}: #{anchor}", page.display());
+        }
+    }
+}
+
+/// Links of the book that lead out of its folder lead nowhere in the built book.
+#[test]
+fn the_book_links_to_itself() {
+    let book = root().join("docs").canonicalize().unwrap();
+    for page in ["docs", "docs/tutorials", "docs/guides", "docs/results"].map(pages).concat() {
+        let text = fs::read_to_string(&page).unwrap();
+        for link in targets(&text) {
+            let target = page.parent().unwrap().join(link).canonicalize().unwrap();
+            assert!(target.starts_with(&book), "{}: {link}", page.display());
         }
     }
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 #[path = "../../mesh-view/tests/browser/mod.rs"]
-mod browser;
+pub(crate) mod browser;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -71,7 +71,7 @@ fn every_command_has_its_page() {
     let folder = folder.path();
     bumps(folder, "a.ply", 40);
     bumps(folder, "b.ply", 31);
-    let pages: [(&str, &[&str]); 9] = [
+    let pages: [(&str, &[&str]); 10] = [
         ("view.html", &["view", "a.ply", "b.ply", "-o", "view.html"]),
         ("k.html", &["view", "a.ply", "--curvature", "-o", "k.html"]),
         (
@@ -86,6 +86,7 @@ fn every_command_has_its_page() {
             "patch.html",
             &["patch", "a.ply", "-o", "cover.ply", "--tolerance", "0.05", "--view", "patch.html"],
         ),
+        ("compare.html", &["compare", "a.ply", "b.ply", "--view", "compare.html"]),
         (
             "distance.html",
             &["distance", "a.ply", "b.ply", "--samples", "20000", "--view", "distance.html"],
@@ -124,14 +125,25 @@ fn every_command_has_its_page() {
     assert!(text(&mut browser, "#controls").contains("Arcs of k1"));
     assert_eq!(browser.text("curvmesh.meshes[0].source.name"), "mesh");
     assert_eq!(browser.number("curvmesh.state.overlays.size"), 0.0);
-    browser.set("color", "face:patch");
     assert!(browser.number("document.querySelectorAll('#swatches span').length") > 1.0);
+    // A row for each patch; its number shows it alone.
+    let rows = browser.number("document.querySelectorAll('#facts .wide button').length");
+    assert_eq!(rows, browser.number("document.querySelectorAll('#swatches button').length"));
+    let press = "document.querySelectorAll('#facts .wide button')[1].click(); curvmesh.state.only";
+    assert_eq!(browser.number(press), 1.0);
+    let pressed =
+        "[...document.querySelectorAll('[aria-pressed=\"true\"]')].map(b => b.textContent).join()";
+    assert_eq!(browser.text(pressed), "1,1", "in the legend and in the table");
+    assert!(browser.eval(press).is_null());
+    browser.open_view(&page("compare.html"));
+    assert_eq!(text(&mut browser, "#quantity"), "largest distance in face");
+    assert_eq!(text(&mut browser, "#unit"), "% of the diagonal");
     browser.open_view(&page("distance.html"));
+    assert_eq!(text(&mut browser, "#unit"), "model units");
     assert!(text(&mut browser, "#controls").contains("Largest distance"));
     assert_eq!(browser.number("curvmesh.meshes.length"), 2.0);
 }
 
-/// The value under the pointer equals the number in the file.
 #[test]
 fn the_axis_that_points_up_follows_format_and_shape() {
     let folder = tempfile::tempdir().unwrap();
@@ -163,6 +175,7 @@ fn the_axis_that_points_up_follows_format_and_shape() {
     assert_eq!(refused.status.code(), Some(2));
 }
 
+/// The value under the pointer equals the number in the file.
 #[test]
 fn values_are_those_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
@@ -178,6 +191,45 @@ fn values_are_those_of_the_file() {
     let shown = hit["rows"][0][1].as_str().unwrap().split(' ').next().unwrap();
     let rounded: f64 = format!("{height:.6e}").parse().unwrap();
     assert_eq!(shown.parse::<f64>().unwrap(), rounded, "{height}");
+}
+
+/// A body that is turned has the same picture if the axis that was up is named.
+#[test]
+fn pictures_turn_with_the_axis_that_points_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let body = |name: &str, place: fn([f64; 3]) -> [f64; 3]| {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 0.5]];
+        let rows = corners.map(place).map(|[x, y, z]| format!("{x} {y} {z}\n")).concat();
+        let text = format!("OFF\n4 4 0\n{rows}3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+        std::fs::write(folder.join(name), text).unwrap();
+    };
+    body("y.off", |p| p);
+    body("z.off", |[x, y, z]| [x, -z, y]);
+    let picture = |input: &str, more: &[&str]| {
+        let arguments = ["render", input, "-o", "p.png", "--size", "60,60"];
+        done(folder, &[&arguments, more].concat());
+        image::open(folder.join("p.png")).unwrap().to_rgba8().into_raw()
+    };
+    let difference =
+        |a: &[u8], b: &[u8]| a.iter().zip(b).filter(|(a, b)| a.abs_diff(**b) > 3).count();
+    for more in [&[][..], &["--direction", "front,left,top"]] {
+        let upright = picture("y.off", more);
+        let turned = picture("z.off", &[more, &["--up", "z"]].concat());
+        assert!(difference(&upright, &turned) < 40, "{more:?}");
+        assert!(difference(&upright, &picture("z.off", more)) > 400, "{more:?}");
+        assert_eq!(upright, picture("y.off", &[more, &["--up", "auto"]].concat()));
+        done(folder, &["convert", "z.off", "-o", "z.stl"]);
+        assert!(difference(&upright, &picture("z.stl", &[more, &["--up", "auto"]].concat())) < 40);
+    }
+    // Numbers are directions of the model.
+    let side = ["--direction", "0,-1,0.5"];
+    let by_name = picture("z.off", &[&side[..], &["--up", "z"]].concat());
+    assert_eq!(by_name, picture("z.off", &[&side[..], &["--up", "0,0,1"]].concat()));
+    let refused = ["render", "z.off", "-o", "p.png", "--up", "0,0,1", "--direction", "front"];
+    assert_eq!(run(folder, &refused).status.code(), Some(2));
+    let refused = ["render", "z.off", "-o", "p.png", "--up", "w"];
+    assert_eq!(run(folder, &refused).status.code(), Some(2));
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::args::{is_standard, parse_count};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loading, Seconds, surface};
+use crate::load::{Loading, Seconds, no_surface, surface};
 use crate::session::{Outcome, Session};
 use crate::task::Report;
 use crate::text::printable;
@@ -155,24 +155,39 @@ impl<'a> Version<'a> {
     }
 }
 
-/// All surfaces, the reference first, coloured by the distance from it.
+/// All surfaces, the reference first, coloured by the distance from it in % of its diagonal. The reference has the distance
+/// from the only other surface; of several, none would be the right one.
 fn page(
     options: &Compare,
     original: &Version<'_>,
     others: &[Version<'_>],
 ) -> Result<Page, Failure> {
     let mut exhibits = Vec::new();
-    for version in [original].into_iter().chain(others) {
+    let diagonal = original.surface.bounding_box().diagonal();
+    let only = match others {
+        [only] => Some(&only.surface),
+        _ => None,
+    };
+    let to = [only].into_iter().chain(others.iter().map(|_| Some(&original.surface)));
+    for (version, to) in [original].into_iter().chain(others).zip(to) {
         let name = name_of(version.path);
         let mut exhibit = view::content(&name, version.path, &version.model, &options.loading)?;
-        exhibit.fields.retain(|field| field.name != "distance");
-        exhibit.fields.insert(0, view::distance_field(&exhibit, &original.surface));
+        let Some(to) = to else {
+            exhibits.push(exhibit);
+            continue;
+        };
+        let added = view::add_distances(&mut exhibit, to);
+        added.map_err(|error| no_surface(version.path, error))?;
+        for field in exhibit.fields.iter_mut().take(2) {
+            field.unit = "% of the diagonal".into();
+            field.values.iter_mut().for_each(|x| *x *= 100.0 / diagonal.max(f64::MIN_POSITIVE));
+        }
         exhibits.push(exhibit);
     }
     let title = format!("{}: versions compared", name_of(original.path));
     let mut page = Page::new(title, exhibits);
     page.start.up = view::usual_up(original.path, &page.exhibits);
-    page.start.color = Some("vertex:distance".into());
+    page.start.color = Some("face:largest distance in face".into());
     page.start.map = options.colors.colormap;
     page.start.range = options.colors.given_range();
     Ok(page)

@@ -344,9 +344,6 @@ fn passing(options: &Distance, console: &Console) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Points on each surface that the values of faces are made from.
-const ON_FACES: usize = 1_000_000;
-
 /// A surface that errors inside faces exceed by this factor at least is shown with the values of its faces first.
 const HIDDEN: f64 = 1.05;
 
@@ -366,9 +363,12 @@ fn page(
             view::content(&name_of(part.path), part.path, &part.model, &options.loading)?;
         let values = distances(&exhibit.positions, &other.surface, signs);
         let largest = values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-        let at_vertices =
-            Field { signed: signs.is_some(), ..Field::new("distance", On::Vertices, values) };
-        let in_faces = view::largest_distances(&exhibit, &other.surface, ON_FACES)
+        let at_vertices = Field {
+            signed: signs.is_some(),
+            unit: view::MODEL_UNITS.into(),
+            ..Field::new("distance", On::Vertices, values)
+        };
+        let in_faces = view::largest_distances(&exhibit, &other.surface, view::ON_FACES)
             .map_err(|error| no_surface(part.path, error))?;
         is_hidden |= in_faces.values.iter().any(|&value| value > HIDDEN * largest);
         let fields = [at_vertices, in_faces];

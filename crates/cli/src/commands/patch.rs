@@ -6,8 +6,8 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use curvpatch::{
-    Cover, CoverCandidates, CoverMethod, CoverOptions, CurvatureEstimator, Params, Shape,
-    SizeOptions, patch_color,
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, Params,
+    Shape, SizeOptions, patch_color,
 };
 use glam::DVec3;
 use mesh_core::{FaceId, Handle, TriMesh, as_u32};
@@ -227,6 +227,9 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
 /// Up to this number of patches are also shown one by one.
 const MOST_ALONE: usize = 60;
 
+/// Up to this number of patches are listed.
+const MOST_LISTED: usize = 1000;
+
 /// The mesh in the colours of the patches, the cover, and the patches one by one with frame and arcs.
 fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<Page, Failure> {
     let Made { cover, cut, .. } = made;
@@ -255,6 +258,11 @@ fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<
         exhibits.push(Exhibit {
             name: format!("patch {index}"),
             face_colors: Some(vec![[r, g, b, 255]; part.triangles.len()]),
+            fields: vec![Field::labels(
+                "patch",
+                On::Faces,
+                vec![index as f64; part.triangles.len()],
+            )],
             positions: part.positions,
             triangles: part.triangles,
             lines,
@@ -269,18 +277,35 @@ fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<
     }
     let mut page = Page::new(format!("{}: patches", name_of(input)), exhibits);
     page.layout = Layout::One;
-    page.start.color = Some("faceColors".into());
-    if cover.patches.len() > MOST_ALONE {
-        page.report.push(Section {
-            title: "Patches".into(),
-            text: format!(
-                "Of {} patches the first {MOST_ALONE} are shown alone.",
-                cover.patches.len()
-            ),
-            ..Section::default()
-        });
-    }
+    page.start.color = Some("face:patch".into());
+    page.report.push(rows(cover));
     Ok(page)
+}
+
+/// A row for each patch, whose number shows it alone.
+fn rows(cover: &Cover) -> Section {
+    let count = cover.patches.len();
+    let row = |(index, patch): (usize, &CoverPatch)| {
+        let [k1, k2] = patch.fit.patch.curvatures();
+        let numbers = [k1, k2, patch.errors.max()].map(|x| format!("{x:.4}"));
+        let [k1, k2, error] = numbers;
+        vec![index.to_string(), patch.faces.len().to_string(), k1, k2, error]
+    };
+    let mut text = "The number of a patch shows its faces alone, and all again.".to_owned();
+    if count > MOST_LISTED {
+        text += &format!(" Of {count} patches the first {MOST_LISTED} are listed.");
+    }
+    if count > MOST_ALONE {
+        text += &format!(" The first {MOST_ALONE} are also meshes of their own under \"Show\".");
+    }
+    Section {
+        title: "Patches".into(),
+        text,
+        header: ["patch", "faces", "k1", "k2", "largest error"].map(str::to_owned).into(),
+        lines: cover.patches.iter().enumerate().take(MOST_LISTED).map(row).collect(),
+        labels: Some("face:patch".into()),
+        ..Section::default()
+    }
 }
 
 /// The rim of a patch, its principal arcs, and the axes of its frame.

@@ -3,17 +3,20 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
+use mesh_core::TriMesh;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
     Drawing, Legend, Painting, Picture, RenderError, Scene, SheetOptions, Side, Style, Texture,
     View, draw_svg, render, sheet,
 };
+use mesh_view::Up;
 use mesh_work::Loaded;
 use serde::Serialize;
 
 use crate::args::{parse_angle, parse_not_negative, parse_picture};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::commands::view::parse_up;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
@@ -21,7 +24,7 @@ use crate::load::Seconds;
 use crate::save::save_bytes;
 use crate::session::{Outcome, Session};
 use crate::task::{Report, Source};
-use crate::view::say_left_out;
+use crate::view::{say_left_out, up_of};
 
 /// Draw a mesh to a PNG or SVG file, without a display
 ///
@@ -45,9 +48,10 @@ pub(crate) struct Render {
     /// bottom, corner; several names draw several views in one picture
     #[arg(long, value_name = "X,Y,Z|SIDES", default_value = "0.4,0.3,1", value_parser = parse_directions, allow_hyphen_values = true)]
     direction: Directions,
-    /// The direction that is up in the picture, if --direction has numbers
-    #[arg(long, value_name = "X,Y,Z", default_value = "0,1,0", value_parser = parse_vector, allow_hyphen_values = true)]
-    up: DVec3,
+    /// The direction of the model that is up in the picture: x, y, z, -x, -y, -z, auto or three numbers. `auto` finds
+    /// it as `view` does. Sides turn with it, and so does the usual --direction
+    #[arg(long, value_name = "AXIS", default_value = "y", value_parser = parse_upright, allow_hyphen_values = true)]
+    up: Upright,
     /// Width and height of each view in pixels
     #[arg(long, value_name = "W,H", default_value = "900,900", value_parser = parse_size)]
     size: [u32; 2],
@@ -111,6 +115,18 @@ enum Directions {
     Sides(Vec<Side>),
 }
 
+/// What is up.
+#[derive(Clone, Debug)]
+enum Upright {
+    Axis(Up),
+    /// As the format, the shape and the place of the mesh say.
+    Auto,
+    Vector(DVec3),
+}
+
+/// A view: the directions to the camera and up, and the name of the side.
+type Sight = (DVec3, DVec3, &'static str);
+
 #[derive(Serialize)]
 struct Results {
     width: u32,
@@ -139,15 +155,12 @@ pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failur
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
     let made = options.made(&loaded, &session.given, console)?;
-    let drawn = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made))?;
+    let views = options.views(&loaded.mesh, &session.given);
+    let drawn = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made, &views))?;
     Seconds::time(&mut seconds.save, || match &drawn {
         Drawn::Pixels(picture) => save_bytes(&options.output, &picture.to_png().map_err(failed)?),
         Drawn::Vectors(drawing) => save_bytes(&options.output, drawing.svg.as_bytes()),
     })?;
-    let views = match &options.direction {
-        Directions::Vector(_) => 1,
-        Directions::Sides(sides) => sides.len(),
-    };
     let range = made.legend().and_then(Legend::scale).map(|scale| [scale.low, scale.high]);
     let labels = match made.legend() {
         Some(Legend::Labels(labels)) => Some(labels.values().len()),
@@ -157,7 +170,7 @@ pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failur
         Drawn::Pixels(picture) => ([picture.width(), picture.height()], None),
         Drawn::Vectors(drawing) => (drawing.size, Some(drawing.faces)),
     };
-    let results = Results { width, height, views, range, labels, drawn_faces };
+    let results = Results { width, height, views: views.len(), range, labels, drawn_faces };
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
     let text = format!("{}: {width} by {height} pixels", report.subject());
@@ -187,8 +200,8 @@ impl Render {
         if self.outlines == 0.0 {
             given.refuse(&["crease"], "it is for --outlines")?;
         }
-        if matches!(self.direction, Directions::Sides(_)) {
-            given.refuse(&["up"], "sides have an up of their own")?;
+        if let (Directions::Sides(_), Upright::Vector(_)) = (&self.direction, &self.up) {
+            given.refuse(&["up"], "sides turn with an axis; say x, y, z, -x, -y, -z or auto")?;
         }
         Ok(())
     }
@@ -256,7 +269,28 @@ impl Render {
         self.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"))
     }
 
-    fn draw(&self, loaded: &Loaded, made: &Painting) -> Result<Drawn, Failure> {
+    /// Where from.
+    fn views(&self, mesh: &TriMesh, given: &Given) -> Vec<Sight> {
+        let triangles = || mesh.topology().triangles().collect::<Vec<_>>();
+        let of_shape = || Up::of_shape(mesh.positions(), &triangles());
+        let (turn, up) = match self.up {
+            Upright::Axis(up) => (up.turn(), up.axis()),
+            Upright::Auto => {
+                let up = up_of(&self.source.input, of_shape);
+                (up.turn(), up.axis())
+            }
+            Upright::Vector(up) => (DQuat::IDENTITY, up),
+        };
+        match &self.direction {
+            Directions::Vector(toward) if given.has("direction") => vec![(*toward, up, "")],
+            Directions::Vector(toward) => vec![(turn * *toward, up, "")],
+            Directions::Sides(sides) => {
+                sides.iter().map(|s| (turn * s.toward(), turn * s.up(), s.name())).collect()
+            }
+        }
+    }
+
+    fn draw(&self, loaded: &Loaded, made: &Painting, views: &[Sight]) -> Result<Drawn, Failure> {
         let mesh = &loaded.mesh;
         let is_transparent = self.transparent || self.is_vectors();
         let background = (!is_transparent).then_some([255; 3]);
@@ -276,15 +310,9 @@ impl Render {
         let legend = made.legend().filter(|_| !self.no_bar);
         let view = |toward, up| View::of(mesh, toward, up).ok_or_else(nothing);
         if self.is_vectors() {
-            let (toward, up) = match &self.direction {
-                Directions::Vector(toward) => (*toward, self.up),
-                Directions::Sides(sides) => match sides[..] {
-                    [side] => (side.toward(), side.up()),
-                    _ => {
-                        let message = "an SVG file has one view; name one side, or write PNG";
-                        return Err(Failure::usage(message));
-                    }
-                },
+            let [(toward, up, _)] = *views else {
+                let message = "an SVG file has one view; name one side, or write PNG";
+                return Err(Failure::usage(message));
             };
             let legend = legend.map(|legend| (legend, name));
             let drawing = draw_svg(&scene, &view(toward, up)?, &style, legend);
@@ -293,12 +321,11 @@ impl Render {
         let from = |toward, up| -> Result<Picture, Failure> {
             render(&scene, &view(toward, up)?, &style).map_err(failed)
         };
-        let picture = match &self.direction {
-            Directions::Vector(toward) => from(*toward, self.up)?,
-            Directions::Sides(sides) => {
-                let view =
-                    |side: &Side| Ok((from(side.toward(), side.up())?, side.name().to_owned()));
-                let views = sides.iter().map(view).collect::<Result<Vec<_>, Failure>>()?;
+        let picture = match (&self.direction, views) {
+            (Directions::Vector(_), &[(toward, up, _)]) => from(toward, up)?,
+            _ => {
+                let view = |&(toward, up, name): &Sight| Ok((from(toward, up)?, name.to_owned()));
+                let views = views.iter().map(view).collect::<Result<Vec<_>, Failure>>()?;
                 sheet(&views, &SheetOptions { background, ..Default::default() }).map_err(failed)?
             }
         };
@@ -317,6 +344,17 @@ fn parse_directions(text: &str) -> Result<Directions, String> {
         return Ok(Directions::Sides(sides));
     }
     parse_vector(text).map(Directions::Vector)
+}
+
+/// Reads the name of an axis, `auto`, or `x,y,z`.
+fn parse_upright(text: &str) -> Result<Upright, String> {
+    match parse_up(text) {
+        Ok(Some(up)) => Ok(Upright::Axis(up)),
+        Ok(None) => Ok(Upright::Auto),
+        Err(named) => parse_vector(text)
+            .map(Upright::Vector)
+            .map_err(|_| format!("{named}, or three numbers, like 0,0.5,1, not all zero")),
+    }
 }
 
 /// Reads `x,y,z`.

@@ -45,7 +45,7 @@ pub(crate) struct View {
     #[arg(long, value_enum, default_value_t)]
     layout: LayoutName,
     /// The axis that points up: x, y, z, -x, -y, -z or auto. `auto` is y for glTF, the visible side of sheets such as
-    /// terrain, z for surveys and STL, and y otherwise
+    /// terrain, z for surveys, the side on which a mesh stands if there is only one, z for other STL files, and y otherwise
     #[arg(long, value_name = "AXIS", default_value = "auto", allow_hyphen_values = true, value_parser = parse_up)]
     up: UpGiven,
     /// The property that is shown at first; `component` for a colour per component, `plain` for none
@@ -67,9 +67,9 @@ pub(crate) struct View {
 }
 
 /// The axis that points up; `None` for `auto`.
-type UpGiven = Option<Up>;
+pub(crate) type UpGiven = Option<Up>;
 
-fn parse_up(text: &str) -> Result<UpGiven, String> {
+pub(crate) fn parse_up(text: &str) -> Result<UpGiven, String> {
     let found = Up::ALL.into_iter().find(|up| up.name() == text);
     if found.is_none() && text != "auto" {
         return Err("it is one of x, y, z, -x, -y, -z and auto".into());
@@ -191,6 +191,7 @@ impl View {
             let values = curvatures.map(quantity).into_vec();
             exhibit.fields.push(Field::new(name, On::Vertices, values));
         }
+        view::set_units(&mut exhibit.fields);
         exhibit.directions = view::principal_directions(&loaded.mesh);
         Ok(exhibit)
     }

@@ -12,7 +12,7 @@ use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::streaming::Streaming;
-use crate::view::Look;
+use crate::view::{Look, set_units};
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
 ///
@@ -112,7 +112,8 @@ fn quantity() -> impl TypedValueParser<Value = Quantity> {
 
 impl Curvature {
     /// The page of an exhibit with the colours of the quantity, on its vertices or faces.
-    pub(crate) fn page(&self, title: &str, on: &str, exhibit: Exhibit, scale: &Scale) -> Page {
+    pub(crate) fn page(&self, title: &str, on: &str, mut exhibit: Exhibit, scale: &Scale) -> Page {
+        set_units(&mut exhibit.fields);
         let mut page = Page::new(format!("{}: {title}", exhibit.name), vec![exhibit]);
         page.start.color = Some(format!("{on}:{}", self.quantity.property()));
         page.start.map = self.colors.colormap;

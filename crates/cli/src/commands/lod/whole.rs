@@ -119,9 +119,7 @@ fn page(
     let all = names.iter().zip([&identity].into_iter().chain(models));
     for ((name, model), coverage) in all.zip(shown(loaded, levels)) {
         let mut exhibit = view::content(name, input, model, loading)?;
-        let distance = view::distance_field(&exhibit, &original);
-        exhibit.fields.retain(|field| field.name != distance.name);
-        exhibit.fields.insert(0, distance);
+        view::add_distances(&mut exhibit, &original).map_err(Failure::refused)?;
         exhibit.coverage = Some(coverage);
         exhibits.push(exhibit);
     }

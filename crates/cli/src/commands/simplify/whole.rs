@@ -239,9 +239,7 @@ fn page(
     let mut exhibits = Vec::new();
     for (name, model, other) in [("original", &original, result), ("result", model, &loaded.mesh)] {
         let mut exhibit = view::content(name, &task.input, model, loading)?;
-        let distance = view::distance_field(&exhibit, &surface(other)?);
-        exhibit.fields.retain(|field| field.name != distance.name);
-        exhibit.fields.insert(0, distance);
+        view::add_distances(&mut exhibit, &surface(other)?).map_err(Failure::refused)?;
         exhibits.push(exhibit);
     }
     let mut page = Page::new(format!("{}: simplified", name_of(&task.input)), exhibits);
