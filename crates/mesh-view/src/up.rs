@@ -127,7 +127,7 @@ fn standing(triangles: &[[DVec3; 3]]) -> Option<Up> {
     /// Points up to this share of the height above the lowest one touch the ground.
     const GROUND: f64 = 0.03;
     /// The least area between the points that touch the ground, as a share of the area of the shadow from above.
-    const LEAST_AREA: f64 = 0.25;
+    const LEAST_AREA: f64 = 0.4;
     /// The least distance of the middle from the rim of this area, in side lengths of a square as large as the shadow.
     const LEAST_MARGIN: f64 = 0.1;
     let corners = triangles.as_flattened();

@@ -1216,7 +1216,7 @@ function buildControls() {
   [lineOf, controls.edges] = checkbox('Edges (E)', state.edges, x => { state.edges = x; redraw(); }, 'edges'); view.push(lineOf);
   [lineOf, controls.backs] = checkbox('Tint what is seen from behind', state.backs, x => { state.backs = x; redraw(); }, 'backs'); view.push(lineOf);
   [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
-  [lineOf, controls.theme] = select('Brightness', [['auto', 'Default of the system'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
+  [lineOf, controls.theme] = select('Brightness', [['auto', 'System'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
   const full = button('Full screen', () => document.fullscreenElement ? document.exitFullscreen() : document.querySelector('main').requestFullscreen().catch(() => { live.textContent = 'The browser allows no full screen here'; }), 'full');
   full.className = 'broad';
