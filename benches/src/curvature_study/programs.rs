@@ -6,9 +6,9 @@ use std::process::Command;
 use glam::DVec3;
 use xtask_common::{Failure, VirtualEnvironment};
 
+use super::case::{Case, Estimate};
 use super::cost::Cost;
 use super::surfaces::Exact;
-use super::{Case, Estimate};
 use crate::command_output::command_output;
 use crate::process::Process;
 

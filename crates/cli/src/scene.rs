@@ -68,9 +68,9 @@ const NEEDING_ONE: [&str; 9] = [
 ];
 
 impl Scenes {
-    /// Rules for scenes, with the choices of these options.
-    pub(crate) fn rules(self, rules: SceneRules) -> SceneRules {
-        SceneRules { budget: self.budget(), poses: self.poses, ..rules }
+    /// The rules of a command, with the choices of these options.
+    pub(crate) fn rules(self, loading: &Loading) -> SceneRules {
+        SceneRules { budget: self.budget(), poses: self.poses, ..loading.scene_rules() }
     }
 
     fn budget(self) -> SceneBudget {

@@ -33,7 +33,7 @@ impl Poses {
         let mut maps = vec![DAffine3::IDENTITY; count * vertices];
         for v in mesh.topology().vertices() {
             for pose in 0..count {
-                let found = Some(map(v, pose)).filter(|map| map.is_finite());
+                let found = Some(map(v, pose)).filter(DAffine3::is_finite);
                 if let (Some(slot), Some(found)) = (maps.get_mut(v.index() * count + pose), found) {
                     *slot = found;
                 }

@@ -265,7 +265,7 @@ mod tests {
         }
         // A cube stands on each side.
         let cube = Sphere::UNIT.icosphere(0).unwrap();
-        assert_eq!(up(&cube, |p| p.signum()), None);
+        assert_eq!(up(&cube, DVec3::signum), None);
     }
 
     #[test]

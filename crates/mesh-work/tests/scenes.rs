@@ -8,7 +8,7 @@ use crate::built_scene::{Builder, ball, parts, rich, tube, values, without};
 use glam::{DQuat, DVec3};
 use mesh_core::build::{Repair, Weld};
 use mesh_io::{Format, ReadOptions, Scene, read_from};
-use mesh_metric::{CompareOptions, Surface, compare};
+use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use mesh_work::{
     AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneRules, SceneSteps,
     SceneTarget, SimplifiedScene, repaired_scene, scene_levels, simplify_scene,
@@ -372,7 +372,7 @@ fn an_elbow_keeps_the_faces_that_its_poses_need() {
         // Both key frames; the first one, and the nodes as they are, are the mesh as it is.
         assert_eq!(found.poses, 2);
         let bends = BEND.map(|angle| errors(&with, angle));
-        let largest = bends.iter().map(|error| error.hausdorff()).fold(0.0, f64::max);
+        let largest = bends.iter().map(Comparison::hausdorff).fold(0.0, f64::max);
         assert!((found.max / largest - 1.0).abs() < 0.1, "{found:?} {largest}");
         for (error, angle) in bends.iter().zip(BEND) {
             let other = errors(&without, angle);

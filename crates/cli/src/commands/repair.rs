@@ -198,7 +198,7 @@ fn of_scene(options: &Repair, task: &Task, console: &Console) -> Result<Done, Fa
         .iter()
         .map(|found| Results::new(found, [found.vertices_out, found.faces_out], None));
     let results = results
-        .reduce(Results::and)
+        .reduce(|sum, next| sum.and(&next))
         .unwrap_or_else(|| Results::new(&BuildReport::default(), [0; 2], None));
     let counts = scene.counts().map(|count| count as usize);
     finished(options, task, counts, (results, Vec::new()), seconds, console)
@@ -265,7 +265,7 @@ fn finish(
 
 impl Results {
     /// The sums for two meshes.
-    fn and(self, other: Self) -> Self {
+    fn and(self, other: &Self) -> Self {
         Self {
             vertices_out: self.vertices_out + other.vertices_out,
             faces_out: self.faces_out + other.faces_out,

@@ -316,7 +316,7 @@ impl Column<'_> {
             },
             Rule::Tangent => self.push_tangent(corner.normal, blend, bytes),
             Rule::Joints(set) if !influences.is_empty() => {
-                (0..4).for_each(|k| new.encode(influence(*set, k).0, bytes))
+                (0..4).for_each(|k| new.encode(influence(*set, k).0, bytes));
             }
             Rule::Weights(set) if !influences.is_empty() => {
                 (0..4).for_each(|k| new.encode(influence(*set, k).1 * new.one(), bytes));

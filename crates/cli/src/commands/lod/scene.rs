@@ -94,7 +94,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         choices,
         attributes: options.carry.rules(),
         keep_seams: options.keep_seams,
-        ..options.scenes.rules(loading.scene_rules())
+        ..options.scenes.rules(loading)
     };
     let steps: SceneSteps = steps.of_scene(loading.relative);
     let bar = console.progress(counts[1] as u64, "collapsing");

@@ -89,7 +89,7 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
         choices,
         attributes: options.carry.rules(),
         keep_seams: options.keep_seams,
-        ..options.scenes.rules(loading.scene_rules())
+        ..options.scenes.rules(loading)
     };
     let bar = console.progress(scene.counts()[1], "collapsing");
     let made = Seconds::time(&mut seconds.compute, || {
