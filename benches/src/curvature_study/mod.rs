@@ -44,8 +44,8 @@ pub(crate) struct CurvatureStudy {
     /// Standard deviations of the noise along the normal, in mean edge lengths
     #[arg(long, value_name = "SHARE", value_delimiter = ',', default_value = "0,0.002,0.01,0.05")]
     noise: Vec<f64>,
-    /// Also run libigl, MeshLab, VTK, trimesh, trueform, gpytoolbox, `DGtal` and CGAL, as far as their Python packages can
-    /// be installed into OUT/environment, and their headers are there
+    /// Also run libigl, MeshLab, VTK, trimesh, trueform, gpytoolbox, `DGtal` and CGAL, as far as their Python packages
+    /// can be installed into OUT/environment, and their headers are there
     #[arg(long)]
     peers: bool,
     /// A folder with clones of libraries that have no package: pmp-library and geometry-central, also cgal (5.6 or newer)

@@ -6,9 +6,9 @@
 //! The parallel schedule over blocks knows accumulated quadrics, optimal placement, and limits on normals and shapes.
 //! With the hybrid metric these quadrics do the first part, and the greedy loop does the rest, block by block as long
 //! as there are enough faces. Any other option makes the greedy loop do the whole run over the whole mesh: other
-//! metrics and placements, attributes, poses, locked vertices and boundaries, feature lines, kept faces, importance of vertices,
-//! limits on edges, angles, valences, components and intersections, custom policies, and targets other than faces and
-//! time.
+//! metrics and placements, attributes, poses, locked vertices and boundaries, feature lines, kept faces, importance of
+//! vertices, limits on edges, angles, valences, components and intersections, custom policies, and targets other than
+//! faces and time.
 
 use mesh_collapse::blocks::Rules;
 use mesh_collapse::{Boundary, Protect, Schedule, Target};

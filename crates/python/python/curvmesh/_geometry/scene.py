@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from .. import _core
 from .._call import Callback, Progress, calling, plain
@@ -327,7 +327,8 @@ def write_scene(
         return _write_to(path, lambda inside: _core.write_scene(call, inside, data, format=format), format)
 
 
-class PoseErrors(NamedTuple):
+@dataclass(frozen=True)
+class PoseErrors:
     """Errors of a mesh that deforms: the number of poses, and the root mean square and the largest distance."""
 
     count: int
