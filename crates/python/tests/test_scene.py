@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import errno
 import io
 import json
@@ -260,6 +261,8 @@ def test_the_bytes_are_those_of_the_program(
         assert (mesh.shortfall and mesh.shortfall.wanted_faces) == wanted
         charts = expected.pop("charts", None)
         assert (mesh.charts and list(mesh.charts)) == charts
+        poses = expected.pop("poses", None)
+        assert (mesh.poses and dataclasses.asdict(mesh.poses)) == poses
         assert {name: getattr(mesh, name) for name in expected} == expected
 
 
@@ -382,7 +385,7 @@ WRONG: list[tuple[Callable[[Any, Any], object], type[Exception], str]] = [
     (lambda s, at: cm.simplify_scene(s), cm.OptionError, "ratio="),
     (lambda s, at: cm.simplify_scene(s, ratio=1.5), cm.OptionError, "from 0 to 1"),
     (lambda s, at: cm.simplify_scene(s, ratio=math.nan), cm.OptionError, "from 0 to 1"),
-    (lambda s, at: s.simplify(ratio=0.5, per="node"), cm.OptionError, '"mesh"'),
+    (lambda s, at: s.simplify(ratio=0.5, per="part"), cm.OptionError, '"mesh"'),
     (lambda s, at: cm.simplify_scene(s, max_error=-1.0), cm.OptionError, "max_error"),
     (lambda s, at: cm.simplify_scene(3, ratio=0.5), cm.OptionError, "curvmesh.Scene"),
     (lambda s, at: cm.lod_scene(s), cm.OptionError, "ratios="),
