@@ -20,7 +20,7 @@ pub struct Simplified {
     /// Number of collapses, before [`ToleranceOptions::decimate`](crate::ToleranceOptions::decimate).
     pub collapses: usize,
     /// Every collapse, before refinement and before [`ToleranceOptions::decimate`](crate::ToleranceOptions::decimate);
-    /// empty unless [`Options::record`] is set.
+    /// empty unless [`Options::record`](crate::Options::record) is set.
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,

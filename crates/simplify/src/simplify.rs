@@ -37,9 +37,10 @@ pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, Simplif
 /// A mesh larger than 1e12 or smaller than 1e-12 is scaled by a power of two before, and the result is scaled back. So
 /// the result for a mesh of any size is that for a mesh of size 1, scaled.
 ///
-/// A stopped run returns the best mesh so far, and [`Simplified::stop`] is [`StopReason::Cancelled`]. That mesh is
-/// valid: it has the collapses so far, and refinement up to that point. Its distance from the input is not measured.
-/// With an error limit, it is the coarsest level measured to be within the limit, or the input if there is none.
+/// A stopped run returns the best mesh so far, and [`Simplified::stop`] is
+/// [`StopReason::Cancelled`](crate::StopReason::Cancelled). That mesh is valid: it has the collapses so far, and
+/// refinement up to that point. Its distance from the input is not measured. With an error limit, it is the coarsest
+/// level measured to be within the limit, or the input if there is none.
 ///
 /// # Errors
 /// An option is out of range, options exclude each other, a position is not finite, the size of the mesh leaves too few
