@@ -17,7 +17,7 @@ use crate::command_output::command_output;
 /// The surface and the mesh that are measured.
 const MEASURED: (Surface, Sampling) = (Surface::Torus, Sampling::Irregular);
 
-/// The least of these many times of one of our estimators is printed; other programs have one each.
+/// How often each of our estimators runs; the least time counts. Other programs run once.
 const REPEATS: usize = 3;
 
 /// One run of an estimator of ours; the study starts this program again with it.

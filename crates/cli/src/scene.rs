@@ -68,7 +68,7 @@ const NEEDING_ONE: [&str; 9] = [
 ];
 
 impl Scenes {
-    /// The rules of a command, with the choices of these options.
+    /// The rules for scenes that a command loads, with the budget and the poses of these options.
     pub(crate) fn rules(self, loading: &Loading) -> SceneRules {
         SceneRules { budget: self.budget(), poses: self.poses, ..loading.scene_rules() }
     }

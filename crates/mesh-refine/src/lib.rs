@@ -39,4 +39,4 @@ pub use observer::{Observe, Observer};
 pub use pipeline::{Pipeline, Refined, Steps};
 pub use poses::{Posed, Poses};
 pub use texture_folds::Texture;
-pub use unfold::{UnfoldOptions, UnfoldReport, unfold};
+pub use unfold::{UnfoldOptions, UnfoldReport, faces_at_folds, unfold};

@@ -78,9 +78,19 @@ pub fn unfold(
     UnfoldReport { turned_before, turned_after: turned.len() }
 }
 
-/// All faces that are turned over. Only faces at a sharp edge are asked in detail: other faces that are close to the
-/// other side of a thin wall are no folds.
+/// All faces that are turned over. Only faces at folds are asked in detail: other faces that are close to the other side
+/// of a thin wall are no folds.
 fn turned_faces(mesh: &TriMesh, original: &Surface, farthest: f64) -> Vec<FaceId> {
+    let faces = faces_at_folds(mesh);
+    let is_turned = parallel::collect(faces.len(), |index| {
+        is_turned(original, mesh.triangle(faces[index]), farthest)
+    });
+    faces.into_iter().zip(is_turned).filter(|&(_, turned)| turned).map(|(face, _)| face).collect()
+}
+
+/// The faces with a normal opposite to the normal of a neighbour.
+#[must_use]
+pub fn faces_at_folds(mesh: &TriMesh) -> Vec<FaceId> {
     let mut crosses = mesh.topology().face_map(DVec3::ZERO);
     mesh.topology().faces().for_each(|face| crosses[face] = mesh.face_cross(face));
     let is_at_fold = |&face: &FaceId| {
@@ -88,11 +98,7 @@ fn turned_faces(mesh: &TriMesh, original: &Surface, farthest: f64) -> Vec<FaceId
         let neighbours = topology.face_half_edges(face).map(|h| topology.face(h.twin()));
         neighbours.into_iter().flatten().any(|other| crosses[other].dot(crosses[face]) < 0.0)
     };
-    let faces: Vec<FaceId> = mesh.topology().faces().filter(is_at_fold).collect();
-    let is_turned = parallel::collect(faces.len(), |index| {
-        is_turned(original, mesh.triangle(faces[index]), farthest)
-    });
-    faces.into_iter().zip(is_turned).filter(|&(_, turned)| turned).map(|(face, _)| face).collect()
+    mesh.topology().faces().filter(is_at_fold).collect()
 }
 
 /// Whether the normal of the original is opposite at points all over the triangle, and agrees nowhere twice `farthest`

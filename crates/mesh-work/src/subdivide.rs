@@ -71,8 +71,8 @@ pub fn subdivide_step(
     Ok(Subdivided { mesh, model, straight_edges })
 }
 
-/// Moves new vertices to the middle of their edges where a new face would be turned over or a sliver, and its parent is
-/// none. Returns the number of these vertices.
+/// Moves new vertices to the middle of their edges where a new face would be turned over or a sliver. Faces cut from a
+/// sliver stay as they are. Returns the number of moved vertices.
 fn straighten(
     coarse: &TriMesh,
     fine: &Topology,

@@ -9,6 +9,7 @@ use glam::DVec3;
 use mesh_collapse::Level;
 use mesh_core::{FaceId, TriMesh, VertexId};
 use mesh_metric::Surface;
+use mesh_refine::faces_at_folds;
 
 /// The rings around the corners of faces at folds that are near.
 const RINGS: usize = 3;
@@ -58,15 +59,4 @@ pub(crate) fn original_at_folds(input: &TriMesh, level: &Level) -> Option<Surfac
         .any(is_turned)
         .then(|| Surface::from_triangles(input.positions(), &triangles).ok())
         .flatten()
-}
-
-/// The faces with a normal opposite to the normal of a neighbour.
-fn faces_at_folds(mesh: &TriMesh) -> Vec<FaceId> {
-    let topology = mesh.topology();
-    let is_at_fold = |&face: &FaceId| {
-        let cross = mesh.face_cross(face);
-        let neighbours = topology.face_half_edges(face).map(|h| topology.face(h.twin()));
-        neighbours.into_iter().flatten().any(|other| mesh.face_cross(other).dot(cross) < 0.0)
-    };
-    topology.faces().filter(is_at_fold).collect()
 }

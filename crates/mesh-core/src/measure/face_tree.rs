@@ -346,8 +346,8 @@ fn is_slender([a, b, c]: [DVec3; 3]) -> bool {
     SLENDER * (b - a).cross(c - a).length() < longest
 }
 
-/// Whether a long thin face has its apex at a vertex of many faces. All slabs of these meet at that vertex; what bounds
-/// them is a [`Fan`].
+/// Whether a long thin face has its apex at a vertex of many faces. The slabs of such faces all meet at that vertex, so
+/// a [`Fan`] bounds these faces instead.
 fn is_in_fan(mesh: &TriMesh, face: FaceId) -> bool {
     const MANY: usize = 16;
     let topology = mesh.topology();

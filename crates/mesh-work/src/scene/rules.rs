@@ -75,9 +75,8 @@ pub enum SceneBudget {
     Scene,
     /// Each mesh by itself: the target is for every mesh.
     Mesh,
-    /// Each node that draws a mesh: the target is for what the node draws. Nodes that draw the same mesh still share
-    /// one result if it is the same for all of them. If not, because their instances or scales differ, they get a mesh
-    /// for each result.
+    /// Each node that draws a mesh: the target applies to what the node draws. Nodes that draw the same mesh share one
+    /// result where their results are equal. Nodes with other scales or numbers of instances get a mesh of their own.
     Node,
 }
 

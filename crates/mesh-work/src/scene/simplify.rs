@@ -244,9 +244,9 @@ impl Part {
         Ok((new, MeshOfScene { removed, deformed, ..report }))
     }
 
-    /// The result of these options. If the mesh deforms, also results without refinement and without poses are made,
-    /// and the one with the least error over all poses is taken. A limit of the error, in units of the scene, holds in
-    /// all poses, or is missed by less than in the pose of the file alone.
+    /// The result of these options. If the mesh deforms, two more results are made: one without refinement, and one
+    /// without poses. The result with the least error over all poses is taken. An error limit, in units of the scene,
+    /// holds in all poses, or is missed by less than if it held in the pose of the file only.
     fn best(
         &self,
         attributes: &Attributes,
@@ -289,7 +289,7 @@ impl Part {
         Ok(best)
     }
 
-    /// The result of these options, in the scene, and measured.
+    /// The result of these options as a mesh of the scene, with its measured errors.
     fn candidate(
         &self,
         attributes: &Attributes,
