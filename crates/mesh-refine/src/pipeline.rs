@@ -213,35 +213,33 @@ impl<'a> Pipeline<'a> {
             }
         }
         done.constraints = constraints;
-        if let Some(options) = &self.steps.unfold {
-            done.unfold = Some(self.unfold(&mut done, options, texture.as_ref()));
-        }
+        self.unfold(&mut done, &vertex_map);
         Ok((done, vertex_map))
+    }
+
+    /// Turns back the faces that are turned over, if this stage is enabled and no more faces are folded in the texture
+    /// then. `vertex_map` has the vertex of the level for each vertex of the original.
+    pub fn unfold(&self, done: &mut Refined, vertex_map: &VertexMap<Option<VertexId>>) {
+        let Some(options) = &self.steps.unfold else { return };
+        let Some(texture) = &self.texture else {
+            done.unfold = Some(unfold(&mut done.mesh, self.original, &done.constraints, options));
+            return;
+        };
+        let check = texture.check(vertex_map);
+        let mut next = done.mesh.clone();
+        let mut report = unfold(&mut next, self.original, &done.constraints, options);
+        let folds = |mesh: &TriMesh| check.folded_after(mesh, done.vertex_map.as_ref());
+        if report.has_helped() && folds(&next) <= folds(&done.mesh) {
+            done.mesh = next;
+        } else {
+            report.turned_after = report.turned_before;
+        }
+        done.unfold = Some(report);
     }
 
     /// The mean distance of a mesh from the original, if stages are undone that raise it.
     fn measured(&self, mesh: &TriMesh) -> Result<Option<f64>, RefineError> {
         self.steps.undo.then(|| mean_distance(self.original, mesh, POINTS)).transpose()
-    }
-
-    /// Turns back the faces that are turned over, unless more faces are folded in the texture then.
-    fn unfold(
-        &self,
-        done: &mut Refined,
-        options: &UnfoldOptions,
-        texture: Option<&TextureCheck<'_>>,
-    ) -> UnfoldReport {
-        let Some(check) = texture else {
-            return unfold(&mut done.mesh, self.original, &done.constraints, options);
-        };
-        let mut next = done.mesh.clone();
-        let report = unfold(&mut next, self.original, &done.constraints, options);
-        let folds = |mesh: &TriMesh| check.folded_after(mesh, done.vertex_map.as_ref());
-        if report.turned_after < report.turned_before && folds(&next) <= folds(&done.mesh) {
-            done.mesh = next;
-            return report;
-        }
-        UnfoldReport { turned_after: report.turned_before, ..report }
     }
 
     fn constraints(

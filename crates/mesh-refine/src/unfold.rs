@@ -37,6 +37,14 @@ pub struct UnfoldReport {
     pub turned_after: usize,
 }
 
+impl UnfoldReport {
+    /// Whether faces were turned back.
+    #[must_use]
+    pub const fn has_helped(&self) -> bool {
+        self.turned_after < self.turned_before
+    }
+}
+
 /// The largest number of passes over the faces that are turned over.
 const PASSES: usize = 4;
 

@@ -109,6 +109,7 @@ impl LevelSearch<'_> {
                     to,
                     observer,
                 )?;
+                let error = self.unfolded(&mut level, &vertex_map, error)?;
                 (level, vertex_map, error)
             }
             _ => {
@@ -118,6 +119,28 @@ impl LevelSearch<'_> {
             }
         };
         Ok(error.map(|error| Found { collapses, vertex_map, refined, error }))
+    }
+
+    /// Turns back the faces that decimation has turned over, unless the mesh is beyond the limit then. Returns its
+    /// distance.
+    fn unfolded(
+        &self,
+        level: &mut Refined,
+        vertex_map: &VertexMap<Option<VertexId>>,
+        error: Option<AchievedError>,
+    ) -> Result<Option<AchievedError>, SimplifyError> {
+        let before = level.mesh.clone();
+        self.pipeline.unfold(level, vertex_map);
+        let Some(report) = level.unfold.as_mut().filter(|report| report.has_helped()) else {
+            return Ok(error);
+        };
+        let after = self.measuring.measure(&level.mesh, &mut Observer::none())?;
+        if after.is_some_and(|after| after.is_within(self.limit)) {
+            return Ok(after);
+        }
+        report.turned_after = report.turned_before;
+        level.mesh = before;
+        Ok(error)
     }
 
     fn level(&self, collapses: usize) -> Result<Level, SimplifyError> {
