@@ -21,11 +21,8 @@ ROOT = Path(cm.__file__).parent
 
 
 def imports_of(path: Path) -> set[str]:
-    """The modules of the package that a module imports at run time, at its top or in a function."""
+    """The modules of the package that a module imports, at its top, in a function or for its types."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            node.body = []
     here = path.relative_to(ROOT.parent).with_suffix("").parts
     package = here if path.name == "__init__.py" else here[:-1]
     found = set()

@@ -47,8 +47,9 @@ pub(crate) fn closest(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
     let faces = mesh.topology().face_count();
+    let cheaper = cheaper(options, faces);
     let mut found = run_plan(mesh, options, observe)?;
-    let Some((preset, options)) = cheaper(options, faces) else { return Ok(found) };
+    let Some((preset, options)) = cheaper else { return Ok(found) };
     let has_faces = |result: &Simplified| result.mesh.topology().face_count() > 0;
     if found.stop == StopReason::Cancelled || found.collapses == 0 || !has_faces(&found) {
         return Ok(found);

@@ -2,46 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
-from importlib import import_module
-from types import MethodType
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._call import plain
 from .._errors import ArrayError, CurvmeshError
 from .arrays import column, content, coordinates
+from .methods import Methods
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    from . import curvature as _curvature
-    from . import distance as _distance
-    from . import files as _files
-    from . import flip as _flip
-    from . import info as _info
-    from . import show as _show
-    from . import simplify as _simplify
-    from .packages import meshio, open3d, pyvista, trimesh, vtk
-
 __all__ = ["Data", "Mesh"]
-
-
-class _Method:
-    """Makes a method from a function of a higher module: the mesh is its first argument.
-
-    The module is imported at the first call, so that no module imports a module above it.
-    """
-
-    def __init__(self, module: str, name: str) -> None:
-        self._module = module
-        self._name = name
-
-    def __get__(self, mesh: Mesh | None, owner: type[Mesh]) -> Callable[..., Any]:
-        module = import_module(f".{self._module}", __package__)
-        function: Callable[..., Any] = getattr(module, self._name)
-        return function if mesh is None else MethodType(function, mesh)
 
 
 class Data(MutableMapping[str, "NDArray[Any]"]):
@@ -88,7 +62,7 @@ class Data(MutableMapping[str, "NDArray[Any]"]):
         return f"{{{', '.join(f'{name!r}: {self[name].shape}' for name in self)}}}"
 
 
-class Mesh:
+class Mesh(Methods):
     """A polygon mesh with data of its vertices, corners and faces.
 
     Positions and faces never change; all functions of this package return new meshes.
@@ -333,38 +307,6 @@ class Mesh:
         """The triangles used by all computations, with all data: polygons are cut, and if the mesh
         :attr:`joins`, vertices at equal positions are merged."""
         return Mesh._of(self._data.triangulated(plain(threads)))
-
-    # Functions of higher modules as methods; type checkers see the functions themselves.
-    if TYPE_CHECKING:
-        curvature = _curvature.curvature
-        distance = _distance.distance
-        flip = _flip.flip
-        info = _info.info
-        plot = _show.view
-        repair = _info.repair
-        save = _files.save
-        simplify = _simplify.simplify
-        to_meshio = meshio.to_meshio
-        to_open3d = open3d.to_open3d
-        to_pyvista = pyvista.to_pyvista
-        to_trimesh = trimesh.to_trimesh
-        to_vtk = vtk.to_vtk
-        _repr_html_ = _show.card
-    else:
-        curvature = _Method("curvature", "curvature")
-        distance = _Method("distance", "distance")
-        flip = _Method("flip", "flip")
-        info = _Method("info", "info")
-        plot = _Method("show", "view")
-        repair = _Method("info", "repair")
-        save = _Method("files", "save")
-        simplify = _Method("simplify", "simplify")
-        to_meshio = _Method("packages.meshio", "to_meshio")
-        to_open3d = _Method("packages.open3d", "to_open3d")
-        to_pyvista = _Method("packages.pyvista", "to_pyvista")
-        to_trimesh = _Method("packages.trimesh", "to_trimesh")
-        to_vtk = _Method("packages.vtk", "to_vtk")
-        _repr_html_ = _Method("show", "card")
 
     def __repr__(self) -> str:
         def some(count: int, one: str, more: str) -> str:
