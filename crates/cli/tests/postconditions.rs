@@ -13,6 +13,9 @@ use crate::common::curvmesh;
 /// Meshes for each command, unless `PROPTEST_CASES` says how many.
 const CASES: u64 = 1;
 
+/// The number of combinations of options that chance chooses.
+const COMBINED: u64 = 12;
+
 /// Runs in which a chain of collapses or moves turns faces over, which a single flip or move does not turn back.
 const FOLDED: [(&str, u64); 11] = [
     ("simplify --preset default --ratio 0.5", 1003),
@@ -79,7 +82,8 @@ fn no_command_makes_a_mesh_worse_in_kind() {
     let first: u64 = setting("CURVMESH_SEED").map_or(0, |seed| seed.parse().unwrap());
     let only = setting("CURVMESH_ONLY").unwrap_or_default();
     let mut faults = Vec::new();
-    for (number, command) in commands::all().iter().enumerate() {
+    let combined = (0..COMBINED).map(|n| commands::combined(first * COMBINED + n));
+    for (number, command) in commands::all().into_iter().chain(combined).enumerate() {
         if !command.name.contains(&only) {
             continue;
         }
@@ -87,7 +91,7 @@ fn no_command_makes_a_mesh_worse_in_kind() {
             let seed = SplitMix64::new(1000 * case + number as u64).bits();
             let kind = (case as usize + number) % kinds::count();
             let folder = tempfile::tempdir().unwrap();
-            for fault in run(command, kind, seed, folder.path()) {
+            for fault in run(&command, kind, seed, folder.path()) {
                 let text = format!("{}: case {case}: {fault}", command.name);
                 println!("{text}");
                 faults.push(text);

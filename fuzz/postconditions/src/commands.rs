@@ -1,5 +1,7 @@
 //! The commands that make meshes, with common options, and what each of them promises.
 
+use mesh_core::SplitMix64;
+
 use crate::judge::{Promise, Topology};
 
 /// A command line and its promise.
@@ -46,6 +48,47 @@ impl Command {
 #[must_use]
 pub fn all() -> Vec<Command> {
     [simplify(), flip(), lod(), others(), larger_than_memory()].concat()
+}
+
+/// Groups of options of `simplify`. At most one option of a group is taken; an empty one is none.
+const GROUPS: [&[&str]; 13] = [
+    &[
+        "",
+        "--norm l1",
+        "--preset draft",
+        "--preset fast",
+        "--preset quality",
+        "--preset quality --norm max",
+        "--preset thin-features",
+    ],
+    &["--ratio 0.4", "--ratio 0.15", "--ratio 0.04", "--faces 30", "--vertices 40", "--bytes 4kB"],
+    &["", "", "--max-error 0.3%", "--max-error 2%"],
+    &["", "", "--verify"],
+    &["", "", "--lock-boundary"],
+    &["", "", "--feature-angle 25", "--feature-angle 50"],
+    &["", "", "--no-intersections"],
+    &["", "", "--components keep", "--components 12"],
+    &["", "", "", "--max-edge 20%"],
+    &["", "", "", "--min-angle 3"],
+    &["", "", "", "--max-valence 8"],
+    &["", "", "", "--no-attributes", "--keep-seams", "--attribute-weight 3"],
+    &["", "", "", "--placement endpoint", "--placement optimal", "--curvature-weight 0.3"],
+];
+
+/// `simplify` with options that chance puts together. All of them can be met together, or the report says what was not.
+#[must_use]
+pub fn combined(seed: u64) -> Command {
+    let mut random = SplitMix64::new(seed);
+    let chosen = GROUPS.map(|group| group[(random.bits() % group.len() as u64) as usize]);
+    let has = |option: &str| chosen.iter().any(|other| other.starts_with(option));
+    let words: Vec<&str> = chosen.into_iter().filter(|option| !option.is_empty()).collect();
+    let promise = Promise {
+        bound: has("--verify").then_some("/error/upper"),
+        no_crossings: has("--no-intersections"),
+        topology: if has("--components keep") { Topology::Same } else { Topology::Fewer },
+        ..Promise::default()
+    };
+    Command::new("simplify", &words.join(" "), promise)
 }
 
 fn simplify() -> Vec<Command> {

@@ -124,9 +124,13 @@ pub(super) fn all() -> Vec<Job> {
     groups.concat()
 }
 
+/// The number of combinations of options that chance chooses.
+const COMBINED: u64 = 40;
+
 /// The jobs that promise not to make a mesh worse in kind.
 pub(super) fn promising() -> Vec<Job> {
     let in_memory = commands::all().into_iter().filter(|command| command.density <= 1.0);
+    let in_memory = in_memory.chain((0..COMBINED).map(commands::combined));
     let job = |command: commands::Command| {
         let job = Job {
             steps: vec![command.line.clone()],
