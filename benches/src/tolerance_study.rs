@@ -40,7 +40,7 @@ pub(crate) struct ToleranceStudy {
 }
 
 const HEADER: [&str; 8] =
-    ["mesh", "faces", "percent", "preset", "squeezed", "faces_left", "upper_per_limit", "seconds"];
+    ["mesh", "faces", "percent", "preset", "decimated", "faces_left", "upper_per_limit", "seconds"];
 
 /// The way of simplifying a mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]

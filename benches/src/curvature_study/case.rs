@@ -2,7 +2,7 @@
 
 use curvpatch::{CurvatureEstimator, Params};
 use dcurv::{
-    CurvatureOptions, Curvatures, FitOptions, FitScale, FittedCurvature, PrincipalFrame,
+    CurvatureOptions, Curvatures, FitScale, FittedCurvature, JetFitOptions, PrincipalFrame,
     ball_curvatures, corrected_curvatures, estimate_noise, fitted_curvatures,
 };
 use glam::DVec3;
@@ -125,7 +125,8 @@ impl Ours {
     pub(super) fn estimate(self, case: &Case) -> Result<Vec<Estimate>, Failure> {
         let Case { mesh, edge, .. } = case;
         let fitted = |scale| {
-            let fits = fitted_curvatures(mesh, &FitOptions { scale, ..FitOptions::default() });
+            let fits =
+                fitted_curvatures(mesh, &JetFitOptions { scale, ..JetFitOptions::default() });
             let of = |fit: &Option<FittedCurvature>| match fit {
                 Some(fit) => Estimate::of_frame(&fit.frame, fit.error.value()),
                 None => Estimate::UNKNOWN,

@@ -117,7 +117,7 @@ fn what_needs_the_whole_mesh_is_wrong_usage() {
 }
 
 #[test]
-fn strangers_files_are_refused_as_ever() {
+fn invalid_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("out.ply");
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\

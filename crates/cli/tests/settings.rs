@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::common::{json, write};
 use curvpatch::{CoverOptions, CurvatureEstimator, DiscSize, Params, Shape, SizeOptions, cover};
-use dcurv::{CurvatureOptions, Curvatures, FitOptions, VertexArea};
+use dcurv::{CurvatureOptions, Curvatures, JetFitOptions, VertexArea};
 use dtri_flip::{CostName, FlipOptions};
 use mesh_core::{FaceId, Handle, TriMesh};
 use mesh_shapes::Torus;
@@ -132,8 +132,8 @@ fn curvature() {
         same(&report, &values.integrals(&original));
     }
     let (settings, report) = run(&["--estimator", "fit", "--rings", "3"]);
-    let fit: FitOptions = read(&settings);
-    assert_eq!(fit, FitOptions::rings(3));
+    let fit: JetFitOptions = read(&settings);
+    assert_eq!(fit, JetFitOptions::rings(3));
     let values = FrameValues::of(&original, FrameEstimator::Fit(fit)).unwrap();
     assert_eq!(values.fit, Some(fit));
     assert_eq!(settings.as_object().unwrap().len(), 2, "{settings}");

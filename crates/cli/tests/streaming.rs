@@ -120,7 +120,7 @@ fn what_cannot_be_done_as_a_stream_is_wrong_usage() {
 }
 
 #[test]
-fn strangers_files_are_refused_as_ever() {
+fn invalid_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
                   property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";

@@ -7,7 +7,7 @@
 use std::error::Error;
 
 use dcurv::{
-    CurvatureOptions, Curvatures, FitOptions, FitScale, ball_curvatures, estimate_noise,
+    CurvatureOptions, Curvatures, FitScale, JetFitOptions, ball_curvatures, estimate_noise,
     fitted_curvatures,
 };
 use mesh_core::{TriMesh, VertexId};
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             };
             let curvatures = Curvatures::of(&mesh, &CurvatureOptions::default());
             let scale = FitScale::Noise(estimate_noise(&mesh));
-            let options = FitOptions { scale, ..FitOptions::default() };
+            let options = JetFitOptions { scale, ..JetFitOptions::default() };
             let fits = fitted_curvatures(&mesh, &options);
             let balls = ball_curvatures(&mesh, 2.0 / (n as f64).sqrt())?;
             println!(

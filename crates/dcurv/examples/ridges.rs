@@ -6,7 +6,7 @@
 use std::error::Error;
 use std::io::{Write, stdout};
 
-use dcurv::{FitOptions, fitted_curvatures};
+use dcurv::{JetFitOptions, fitted_curvatures};
 use mesh_core::TriMesh;
 use mesh_core::glam::DVec3;
 use mesh_shapes::{Ellipsoid, Irregular};
@@ -14,7 +14,7 @@ use mesh_shapes::{Ellipsoid, Irregular};
 fn main() -> Result<(), Box<dyn Error>> {
     let ellipsoid = Ellipsoid { semi_axes: DVec3::new(1.0, 0.7, 0.4) };
     let mesh = TriMesh::from_soup(&ellipsoid.irregular_icosphere(4, Irregular::default())?)?;
-    let fits = fitted_curvatures(&mesh, &FitOptions::default());
+    let fits = fitted_curvatures(&mesh, &JetFitOptions::default());
     let mut bends: Vec<_> =
         fits.iter().filter_map(|(v, fit)| fit.map(|fit| (v, fit.frame))).collect();
     bends.sort_by(|a, b| b.1.k_max.value().total_cmp(&a.1.k_max.value()));

@@ -17,12 +17,12 @@ use crate::principal::PrincipalFrame;
 /// Sequential, in linear time. Vertices without a frame separate components.
 ///
 /// ```
-/// use dcurv::{FitOptions, align_directions, fitted_curvatures};
+/// use dcurv::{JetFitOptions, align_directions, fitted_curvatures};
 /// use mesh_core::TriMesh;
 /// use mesh_shapes::Torus;
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let torus = TriMesh::from_soup(&Torus { major: 2.0, minor: 0.5 }.mesh(40, 20)?)?;
-/// let mut frames = fitted_curvatures(&torus, &FitOptions::default()).map(|fit| fit.map(|fit| fit.frame));
+/// let mut frames = fitted_curvatures(&torus, &JetFitOptions::default()).map(|fit| fit.map(|fit| fit.frame));
 /// align_directions(&torus, &mut frames);
 /// for edge in torus.topology().edges() {
 ///     let [a, b] = torus.topology().edge_vertices(edge).map(|v| frames[v].map(|f| f.direction_max));

@@ -37,7 +37,7 @@
 //! connected component has no more.
 //!
 //! **Cost.** The time is proportional to the number of points: about 18 for two rings, 36 for three. At vertices with
-//! very many edges the number of points is limited to [`FitOptions::most_points`], so that no mesh takes quadratic
+//! very many edges the number of points is limited to [`JetFitOptions::most_points`], so that no mesh takes quadratic
 //! time.
 
 use glam::DVec3;
@@ -75,20 +75,20 @@ pub enum FitScale {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
-pub struct FitOptions {
+pub struct JetFitOptions {
     /// Which points are fitted, and with which weights. The nearest by default.
     pub scale: FitScale,
     /// No further points are added beyond the first ring once this number is reached. 320 by default.
     pub most_points: usize,
 }
 
-impl Default for FitOptions {
+impl Default for JetFitOptions {
     fn default() -> Self {
         Self { scale: FitScale::Nearest, most_points: 320 }
     }
 }
 
-impl FitOptions {
+impl JetFitOptions {
     /// Equal weights for all points of this number of rings.
     #[must_use]
     pub fn rings(rings: usize) -> Self {
@@ -122,7 +122,7 @@ pub struct FittedCurvature {
 pub fn fitted_curvature(
     mesh: &TriMesh,
     vertex: VertexId,
-    options: &FitOptions,
+    options: &JetFitOptions,
 ) -> Option<FittedCurvature> {
     Fitter::new(mesh, None, *options).fit(vertex)
 }
@@ -130,12 +130,12 @@ pub fn fitted_curvature(
 /// [`fitted_curvature`] of all vertices; `None` for removed ones, too.
 ///
 /// ```
-/// use dcurv::{FitOptions, fitted_curvatures};
+/// use dcurv::{JetFitOptions, fitted_curvatures};
 /// use mesh_core::TriMesh;
 /// use mesh_shapes::Sphere;
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let sphere = TriMesh::from_soup(&Sphere { radius: 2.0 }.icosphere(3)?)?;
-/// for (_, fit) in fitted_curvatures(&sphere, &FitOptions::default()).iter() {
+/// for (_, fit) in fitted_curvatures(&sphere, &JetFitOptions::default()).iter() {
 ///     let frame = fit.ok_or("no fit")?.frame;
 ///     assert!((frame.mean().value() - 0.5).abs() < 1e-9);
 ///     assert!((frame.gaussian().value() - 0.25).abs() < 1e-9);
@@ -146,7 +146,7 @@ pub fn fitted_curvature(
 #[must_use]
 pub fn fitted_curvatures(
     mesh: &TriMesh,
-    options: &FitOptions,
+    options: &JetFitOptions,
 ) -> VertexMap<Option<FittedCurvature>> {
     all_fits(mesh, options, &|| false)
 }
@@ -156,7 +156,7 @@ pub fn fitted_curvatures(
 #[must_use]
 pub fn fitted_curvatures_until(
     mesh: &TriMesh,
-    options: &FitOptions,
+    options: &JetFitOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> Option<VertexMap<Option<FittedCurvature>>> {
     let found = all_fits(mesh, options, stops);
@@ -166,7 +166,7 @@ pub fn fitted_curvatures_until(
 /// `None` for the vertices after `stops` has returned true.
 fn all_fits(
     mesh: &TriMesh,
-    options: &FitOptions,
+    options: &JetFitOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> VertexMap<Option<FittedCurvature>> {
     let normals = mesh.vertex_normals();
@@ -177,7 +177,7 @@ fn all_fits(
 /// Fits surfaces, with the memory for it.
 struct Fitter<'a> {
     mesh: &'a TriMesh,
-    options: FitOptions,
+    options: JetFitOptions,
     rings: Rings,
     near: Neighbourhood<'a>,
     solver: JetSolver,
@@ -195,7 +195,7 @@ impl<'a> Fitter<'a> {
     /// The largest slope of a fit that is compared with others, against a tangent plane that more points determine.
     const MOST_SLOPE: f64 = 1.0;
 
-    fn new(mesh: &'a TriMesh, normals: Option<&'a [DVec3]>, options: FitOptions) -> Self {
+    fn new(mesh: &'a TriMesh, normals: Option<&'a [DVec3]>, options: JetFitOptions) -> Self {
         Self {
             mesh,
             options,

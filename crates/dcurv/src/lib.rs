@@ -59,7 +59,7 @@ pub use extrinsic::{
 };
 #[doc(inline)]
 pub use fit::{
-    FitOptions, FitScale, FittedCurvature, fitted_curvature, fitted_curvatures,
+    FitScale, FittedCurvature, JetFitOptions, fitted_curvature, fitted_curvatures,
     fitted_curvatures_until,
 };
 #[doc(inline)]

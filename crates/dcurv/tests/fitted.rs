@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use dcurv::{
-    CurvatureOptions, Curvatures, FitOptions, FitScale, FittedCurvature, PrincipalFrame,
+    CurvatureOptions, Curvatures, FitScale, FittedCurvature, JetFitOptions, PrincipalFrame,
     align_directions, ball_curvature, ball_curvatures, ball_curvatures_until, corrected_curvature,
     corrected_curvatures, estimate_noise, fitted_curvature, fitted_curvatures,
     fitted_curvatures_until,
@@ -25,7 +25,7 @@ fn mesh(soup: &PolygonSoup) -> TriMesh {
 }
 
 /// The frames of fitted surfaces.
-fn fitted_frames(mesh: &TriMesh, options: &FitOptions) -> VertexMap<Option<PrincipalFrame>> {
+fn fitted_frames(mesh: &TriMesh, options: &JetFitOptions) -> VertexMap<Option<PrincipalFrame>> {
     fitted_curvatures(mesh, options).map(|fit| fit.map(|fit| fit.frame))
 }
 
@@ -62,7 +62,7 @@ fn orders(
     rings: usize,
     refined: &dyn Fn(usize) -> PolygonSoup,
 ) -> [f64; 2] {
-    let options = FitOptions::rings(rings);
+    let options = JetFitOptions::rings(rings);
     let found = [16, 32, 64, 128].map(|n| {
         let mesh = mesh(&refined(n));
         errors(&mesh, surface, region, fitted_frames(&mesh, &options).iter())
@@ -105,9 +105,9 @@ fn fits_are_one_sided_at_the_boundary_and_still_converge() {
     // Two triangles have too few points; a corner with few edges has just enough.
     let square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
     let two = TriMesh::from_triangles(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
-    assert!(fitted_frames(&two, &FitOptions::default()).iter().all(|(_, f)| f.is_none()));
+    assert!(fitted_frames(&two, &JetFitOptions::default()).iter().all(|(_, f)| f.is_none()));
     let grid = mesh(&SADDLE.mesh(4, Default::default()).unwrap());
-    let one = FitOptions::rings(1);
+    let one = JetFitOptions::rings(1);
     assert!(fitted_frames(&grid, &one).iter().all(|(_, frame)| frame.is_some()));
 }
 
@@ -117,7 +117,7 @@ fn more_rings_average_noise_out() {
     add_normal_noise(&mut soup, 0.02, 3);
     let mesh = mesh(&soup);
     let worst = [2, 3, 4].map(|rings| {
-        let options = FitOptions::rings(rings);
+        let options = JetFitOptions::rings(rings);
         errors(&mesh, &Sphere::UNIT, &|_| true, fitted_frames(&mesh, &options).iter())[0]
     });
     println!("errors by rings: {worst:.3?}");
@@ -127,7 +127,7 @@ fn more_rings_average_noise_out() {
 #[test]
 fn one_vertex_and_all_give_the_same_bits_on_any_number_of_threads() {
     let mesh = mesh(&TORUS.irregular_mesh(40, 20, Irregular::default()).unwrap());
-    let options = FitOptions::default();
+    let options = JetFitOptions::default();
     let in_pool = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| (fitted_curvatures(&mesh, &options), ball_curvatures(&mesh, 0.4).unwrap()))
@@ -246,7 +246,7 @@ fn unused_vertices_are_no_matter() {
         with_more.push_vertex([far; 3]);
     }
     let (plain, more) = (mesh(&soup), mesh(&with_more));
-    let options = FitOptions::default();
+    let options = JetFitOptions::default();
     let (a, b) = (fitted_frames(&plain, &options), fitted_frames(&more, &options));
     let (c, d) = (ball_curvatures(&plain, 0.5).unwrap(), ball_curvatures(&more, 0.5).unwrap());
     let [e, f] = [&plain, &more].map(|mesh| Curvatures::of(mesh, &CurvatureOptions::default()));
@@ -269,14 +269,14 @@ fn a_cone_of_many_faces_takes_no_quadratic_time() {
     let points: Vec<[f64; 3]> = rim.chain([[0.0, 0.0, 1.0]]).collect();
     let faces: Vec<[u32; 3]> = (0..n).map(|i| [i, (i + 1) % n, n]).collect();
     let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
-    let frames = fitted_frames(&mesh, &FitOptions::rings(3));
+    let frames = fitted_frames(&mesh, &JetFitOptions::rings(3));
     assert_eq!(frames.len(), points.len());
 }
 
 #[test]
 fn what_is_not_stopped_is_the_same_and_what_is_gives_nothing() {
     let mesh = mesh(&Sphere { radius: 1.0 }.random_hull(500, 3).unwrap());
-    let (radius, options) = (0.3, FitOptions::default());
+    let (radius, options) = (0.3, JetFitOptions::default());
     let asked = AtomicUsize::new(0);
     let stops_at = |limit| {
         let asked = &asked;
@@ -356,7 +356,7 @@ fn near_points_decide_across_a_pipe_with_long_triangles() {
     for (rings, sides) in [(24, 12), (24, 24), (24, 48), (24, 96), (150, 12)] {
         let mesh = mesh(&pipe.mesh(rings, sides).unwrap());
         for scale in [FitScale::Nearest, FitScale::Noise(estimate_noise(&mesh))] {
-            let options = FitOptions { scale, ..FitOptions::default() };
+            let options = JetFitOptions { scale, ..JetFitOptions::default() };
             let [median, worst, _] =
                 relative_errors(&mesh, &pipe, &fitted_curvatures(&mesh, &options));
             println!("{rings} x {sides}, {scale:?}: {median:.5} {worst:.5}");
@@ -369,13 +369,13 @@ fn near_points_decide_across_a_pipe_with_long_triangles() {
 fn spheres_and_cylinders_are_exact_however_coarse() {
     for level in 1..4 {
         let mesh = mesh(&Sphere::UNIT.irregular_icosphere(level, Irregular::default()).unwrap());
-        let fits = fitted_curvatures(&mesh, &FitOptions::default());
+        let fits = fitted_curvatures(&mesh, &JetFitOptions::default());
         let [_, worst, _] = relative_errors(&mesh, &Sphere::UNIT, &fits);
         assert!(worst < 1e-6, "level {level}: {worst}");
     }
     // Eight sides: a section of an octagon is a circle of the right radius.
     let mesh = mesh(&CYLINDER.mesh(8, 12, RowPhase::Aligned).unwrap());
-    let fits = fitted_curvatures(&mesh, &FitOptions::default());
+    let fits = fitted_curvatures(&mesh, &JetFitOptions::default());
     let [median, worst, _] = relative_errors(&mesh, &CYLINDER, &fits);
     println!("octagonal cylinder {median:.5} {worst:.5}");
     assert!(worst < 0.02, "{worst}");
@@ -420,9 +420,9 @@ fn the_scale_follows_the_noise_and_the_error_is_known() {
             add_normal_noise(&mut noisy, relative, 11);
             let (clean, noisy) = (mesh(&soup), mesh(&noisy));
             let noise = estimate_noise(&noisy);
-            let scale = |scale| FitOptions { scale, ..FitOptions::default() };
+            let scale = |scale| JetFitOptions { scale, ..JetFitOptions::default() };
             // Exact values belong to the points without noise.
-            let measured = |options: &FitOptions| {
+            let measured = |options: &JetFitOptions| {
                 relative_errors(&clean, surface, &fitted_curvatures(&noisy, options))
             };
             let chosen = measured(&scale(FitScale::Noise(noise)));
@@ -430,7 +430,7 @@ fn the_scale_follows_the_noise_and_the_error_is_known() {
             let fixed = [1.0, 2.0, 3.0, 4.0]
                 .map(|k| measured(&scale(FitScale::Radius(k * edge))))
                 .into_iter()
-                .chain([measured(&FitOptions::default())])
+                .chain([measured(&JetFitOptions::default())])
                 .map(|[median, ..]| median)
                 .fold(f64::INFINITY, f64::min);
             println!("{name}, noise {relative}: chosen {chosen:.4?}, best fixed {fixed:.4}");
@@ -454,7 +454,8 @@ fn long_triangles_with_noise_are_smoothed() {
             add_normal_noise(&mut noisy, relative, 3);
             let (clean, noisy) = (mesh(&soup), mesh(&noisy));
             let scale = FitScale::Noise(estimate_noise(&noisy));
-            let fits = fitted_curvatures(&noisy, &FitOptions { scale, ..FitOptions::default() });
+            let fits =
+                fitted_curvatures(&noisy, &JetFitOptions { scale, ..JetFitOptions::default() });
             let [median, most, within] = relative_errors(&clean, &torus, &fits);
             println!("{around} by {across}, noise {relative}: {median:.4} {most:.4} {within:.3}");
             assert!(median < 0.08, "{around} by {across}, noise {relative}: {median}");
@@ -473,7 +474,8 @@ fn three_columns_of_points_determine_the_curvature() {
         let soup = cylinder.mesh(sides, 1000 / sides, RowPhase::Aligned).unwrap();
         let clean = mesh(&soup);
         let errors = |mesh: &TriMesh, scale: FitScale| {
-            let fits = fitted_curvatures(mesh, &FitOptions { scale, ..FitOptions::default() });
+            let fits =
+                fitted_curvatures(mesh, &JetFitOptions { scale, ..JetFitOptions::default() });
             relative_errors(&clean, &cylinder, &fits)
         };
         for scale in [FitScale::Nearest, FitScale::Noise(estimate_noise(&clean))] {
@@ -541,7 +543,7 @@ fn corrected_curvature_converges_and_averages_noise() {
 #[test]
 fn directions_agree_in_sign_along_a_torus() {
     let mesh = mesh(&TORUS.mesh(60, 30).unwrap());
-    let mut frames = fitted_frames(&mesh, &FitOptions::default());
+    let mut frames = fitted_frames(&mesh, &JetFitOptions::default());
     let scrambled = frames.clone();
     align_directions(&mesh, &mut frames);
     for edge in mesh.topology().edges() {
@@ -569,7 +571,7 @@ fn fits_beside_a_vertex_of_high_valence_take_few_points() {
     let faces: Vec<[u32; 3]> = (0..sides).map(|i| [i, (i + 1) % sides, sides]).collect();
     let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
     for scale in [FitScale::Nearest, FitScale::Noise(0.001), FitScale::Radius(0.05)] {
-        let options = FitOptions { scale, ..FitOptions::default() };
+        let options = JetFitOptions { scale, ..JetFitOptions::default() };
         for vertex in (0..sides).step_by(100).map(VertexId::new) {
             let fit = fitted_curvature(&mesh, vertex, &options);
             assert!(fit.is_none_or(|fit| fit.points <= 400), "{scale:?} {vertex:?}");

@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use std::path::PathBuf;
 
 use dcurv::{
-    CurvatureOptions, Curvatures, FitOptions, FitScale, FittedCurvature, VertexCurvature,
+    CurvatureOptions, Curvatures, FitScale, FittedCurvature, JetFitOptions, VertexCurvature,
     ball_curvatures, estimate_noise, fitted_curvatures, principal_frames, willmore_energies,
 };
 use mesh_core::fill::{FillOptions, FillRefusal};
@@ -85,7 +85,7 @@ fn fits_and_averages_are_finite_on_real_meshes() {
         let is_small = mesh.topology().face_count() < 8_000;
         let scale =
             if is_small { FitScale::Noise(estimate_noise(&mesh)) } else { FitScale::Nearest };
-        let fits = fitted_curvatures(&mesh, &FitOptions { scale, ..FitOptions::default() });
+        let fits = fitted_curvatures(&mesh, &JetFitOptions { scale, ..JetFitOptions::default() });
         let fitted = fits.iter().filter(|(_, fit)| fit.is_some()).count();
         // If the sizes of triangles differ strongly, a ball may contain most of the mesh.
         if mesh.topology().face_count() > 15_000 {

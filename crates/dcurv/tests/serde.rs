@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use dcurv::{
-    BallCurvature, CurvatureOptions, Curvatures, FitOptions, FittedCurvature, Totals,
+    BallCurvature, CurvatureOptions, Curvatures, FittedCurvature, JetFitOptions, Totals,
     ball_curvatures, fitted_curvatures,
 };
 use mesh_core::{TriMesh, VertexMap};
@@ -17,15 +17,15 @@ fn curvatures_totals_and_frames_come_back() {
     let all = Curvatures::of(&mesh, &CurvatureOptions::default());
     assert_eq!(from_str::<Curvatures>(&to_string(&all).unwrap()).unwrap(), all);
     assert_eq!(from_str::<Totals>(&to_string(&all.totals()).unwrap()).unwrap(), all.totals());
-    let fits = fitted_curvatures(&mesh, &FitOptions::default());
+    let fits = fitted_curvatures(&mesh, &JetFitOptions::default());
     let read: VertexMap<Option<FittedCurvature>> = from_str(&to_string(&fits).unwrap()).unwrap();
     assert_eq!(read, fits);
     let balls = ball_curvatures(&mesh, 0.7).unwrap();
     let read: VertexMap<BallCurvature> = from_str(&to_string(&balls).unwrap()).unwrap();
     assert_eq!(read, balls);
     assert_eq!(
-        from_str::<FitOptions>("{\"scale\": {\"rings\": 3}}").unwrap(),
-        FitOptions::rings(3)
+        from_str::<JetFitOptions>("{\"scale\": {\"rings\": 3}}").unwrap(),
+        JetFitOptions::rings(3)
     );
-    assert!(from_str::<FitOptions>("{\"rings\": 3}").is_err());
+    assert!(from_str::<JetFitOptions>("{\"rings\": 3}").is_err());
 }

@@ -18,4 +18,4 @@ mod scalar_types;
 mod scan;
 mod scenes;
 mod serde;
-mod strangers;
+mod untrusted_input;

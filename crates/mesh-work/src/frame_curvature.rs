@@ -1,7 +1,7 @@
 //! Principal curvatures and directions of every vertex: fitted, or averaged over balls.
 
 use dcurv::{
-    BallCurvature, CorrectedCurvature, FitOptions, FitScale, FittedCurvature, InvalidRadius,
+    BallCurvature, CorrectedCurvature, FitScale, FittedCurvature, InvalidRadius, JetFitOptions,
     Pointwise, PrincipalFrame, align_directions, ball_curvatures_until, corrected_curvatures_until,
     default_ball_radius, edge_dihedral_angle, estimate_noise, fitted_curvatures_until,
 };
@@ -22,7 +22,7 @@ pub enum FrameEstimator {
         noise: Option<f64>,
     },
     /// Fitted surfaces.
-    Fit(FitOptions),
+    Fit(JetFitOptions),
     /// Averages over balls of this radius in model units, or of [`default_ball_radius`].
     Ball {
         /// The radius.
@@ -46,7 +46,7 @@ impl FrameEstimator {
             (_, _, Some(noise)) => FitScale::Noise(noise),
             _ => FitScale::Nearest,
         };
-        Self::Fit(FitOptions { scale, ..FitOptions::default() })
+        Self::Fit(JetFitOptions { scale, ..JetFitOptions::default() })
     }
 
     /// With a function of all lengths.
@@ -61,13 +61,13 @@ impl FrameEstimator {
 }
 
 /// Options of a fit with a function of their lengths.
-fn with_lengths(options: FitOptions, of: impl Fn(f64) -> f64) -> FitOptions {
+fn with_lengths(options: JetFitOptions, of: impl Fn(f64) -> f64) -> JetFitOptions {
     let scale = match options.scale {
         FitScale::Noise(noise) => FitScale::Noise(of(noise)),
         FitScale::Radius(radius) => FitScale::Radius(of(radius)),
         scale => scale,
     };
-    FitOptions { scale, ..options }
+    JetFitOptions { scale, ..options }
 }
 
 /// What is at a vertex.
@@ -136,7 +136,7 @@ pub struct FrameValues {
     /// [`default_ball_radius`].
     pub radius_reduced: bool,
     /// How surfaces were fitted. With [`FrameEstimator::Auto`], the noise is in it.
-    pub fit: Option<FitOptions>,
+    pub fit: Option<JetFitOptions>,
 }
 
 /// The radius of balls.
@@ -242,7 +242,7 @@ impl FrameValues {
         Ok(match estimator {
             FrameEstimator::Auto { noise } => {
                 let noise = noise.unwrap_or_else(|| estimate_noise(mesh));
-                fit(FitOptions { scale: FitScale::Noise(noise), ..FitOptions::default() })
+                fit(JetFitOptions { scale: FitScale::Noise(noise), ..JetFitOptions::default() })
             }
             FrameEstimator::Fit(options) => {
                 if let FitScale::Radius(radius) = options.scale

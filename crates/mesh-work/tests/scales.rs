@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use curvpatch::{CoverOptions, CurvatureEstimator, Params, cover};
-use dcurv::FitOptions;
+use dcurv::JetFitOptions;
 use mesh_core::TriMesh;
 use mesh_shapes::{Irregular, Torus};
 use mesh_work::{FaceValues, FrameEstimator, FrameValues, PatchMesh, cover_model};
@@ -25,7 +25,7 @@ fn curvatures_of_scaled_meshes_are_scaled_curvatures() {
         let faces = FaceValues::of(&mesh, Params::default(), None).unwrap();
         let frames = [
             FrameEstimator::Auto { noise: None },
-            FrameEstimator::Fit(FitOptions::rings(2)),
+            FrameEstimator::Fit(JetFitOptions::rings(2)),
             FrameEstimator::Ball { radius: None },
             FrameEstimator::Corrected { radius: None },
         ]

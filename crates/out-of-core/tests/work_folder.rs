@@ -110,11 +110,11 @@ fn records_of_another_run_or_another_place_are_refused() {
     for name in ["cell-0.region.json", "cell-1.region.json"] {
         let path = given.work().join("level-0").join(name);
         let own = fs::read(&path).unwrap();
-        for stranger in [
+        for source in [
             other.work().join("level-0").join(name),
             given.work().join("level-0/cell-2.region.json"),
         ] {
-            fs::copy(stranger, &path).unwrap();
+            fs::copy(source, &path).unwrap();
             assert!(matches!(given.run(), Err(Error::Damaged { .. })), "{name}");
         }
         fs::write(&path, own).unwrap();

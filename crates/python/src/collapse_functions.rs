@@ -1,4 +1,4 @@
-//! Costs, surcharges and constraints of collapses that are Python functions of arrays.
+//! Costs, cost modifiers and constraints of collapses that are Python functions of arrays.
 //!
 //! A function is called with many edges per call: with all of them before the first collapse, and after each collapse
 //! with the edges whose neighbourhood has changed. In between, its values are kept.
@@ -25,15 +25,15 @@ pub(crate) type ChosenPolicies = Policies<Box<dyn Cost>, Box<dyn Placement>>;
 pub(crate) struct CollapseFunctions {
     /// The cost, instead of the cost of the preset.
     pub(crate) cost: Option<Py<PyAny>>,
-    /// A surcharge on the cost: `cost * (1 + weight)`.
+    /// A factor on the cost: `cost * (1 + weight)`.
     pub(crate) weight: Option<Py<PyAny>>,
     /// Returns which edges may collapse.
-    pub(crate) guard: Option<Py<PyAny>>,
+    pub(crate) constraint: Option<Py<PyAny>>,
 }
 
 impl CollapseFunctions {
     pub(crate) fn is_none(&self) -> bool {
-        self.cost.is_none() && self.weight.is_none() && self.guard.is_none()
+        self.cost.is_none() && self.weight.is_none() && self.constraint.is_none()
     }
 
     /// The policies of the options, with these functions. There are no steps after the collapses, because the functions
@@ -60,7 +60,7 @@ impl CollapseFunctions {
         if let Some(function) = self.weight {
             policies.modifiers.push(Box::new(FunctionModifier(told(function))));
         }
-        if let Some(function) = self.guard {
+        if let Some(function) = self.constraint {
             policies.constraints.push(FunctionConstraint(told(function)));
         }
         let mut options = options.clone().custom();

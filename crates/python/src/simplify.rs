@@ -214,7 +214,7 @@ pub(crate) fn simplify<'py>(
     constraints: ConstraintsGiven,
     cost: Option<Py<PyAny>>,
     weight: Option<Py<PyAny>>,
-    guard: Option<Py<PyAny>>,
+    constraint: Option<Py<PyAny>>,
 ) -> PyResult<(MeshData, Bound<'py, PyDict>)> {
     let settings = || -> Result<_, Failure> {
         let max_error = length("max_error", targets.max_error)?;
@@ -234,7 +234,7 @@ pub(crate) fn simplify<'py>(
         settings().map_err(|f| f.raise(py))?;
     let content = mesh.content();
     let shared = Arc::clone(&content);
-    let functions = CollapseFunctions { cost, weight, guard };
+    let functions = CollapseFunctions { cost, weight, constraint };
     let done = run(py, call, move |watch| {
         let content = shared;
         let whole = content.whole()?;

@@ -197,7 +197,7 @@ def test_options_are_those_of_the_functions() -> None:
     """A step takes all data options of its function."""
     no_data = {
         *("mesh", "first", "second", "source", "path", "progress", "callback", "keep_partial", "threads"),
-        *("guard", "surcharge", "record", "overwrite_companions", "format"),
+        *("constraint", "cost_modifier", "record", "overwrite_companions", "format"),
     }
     own = {"name", "extension", "quantities", "to"}
     for name, step in STEPS.items():

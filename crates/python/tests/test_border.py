@@ -188,7 +188,7 @@ def test_values_that_are_no_real_numbers() -> None:
         lambda: cm.render(ball, ["a"] * ball.vertex_count),
         lambda: ball.vertex_data.update(x=waves),
         lambda: cm.simplify(ball, faces=100, cost=lambda edges: edges.lengths * 1j),
-        lambda: cm.simplify(ball, faces=100, guard=lambda edges: None),
+        lambda: cm.simplify(ball, faces=100, constraint=lambda edges: None),
         lambda: cm.flip(ball, cost=cm.EdgeCost(lambda edges: np.full(len(edges), 1j), 1)),
     ):
         with pytest.raises(cm.ArrayError, match="real numbers"):
@@ -333,7 +333,7 @@ loose: Any = cm
         (lambda m: loose.shapes.sphere(-1), "level is -1"),
         (lambda m: loose.lod(m, faces=4), "faces is 4; it must be a list, like [4]"),
         (lambda m: loose.lod(m, ratios="0.5"), "ratios is '0.5'; it must be a list"),
-        (lambda m: loose.simplify(m, faces=4, guard=3), "guard is 3; it must be a function"),
+        (lambda m: loose.simplify(m, faces=4, constraint=3), "constraint is 3; it must be a function"),
         (lambda m: loose.simplify(m, faces=4, callback=3), "callback is 3; it must be a function"),
         (lambda m: loose.simplify(m, faces=4, progress=3), "progress is 3; it must be True, False or a function"),
         (lambda m: loose.flip(m, cost=3), "cost is 3; it must be a name"),

@@ -1,4 +1,4 @@
-"""Costs, surcharges and guards written in Python."""
+"""Costs, cost modifiers and constraints written in Python."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_a_collapse_cost_of_ones_own(bumpy: cm.Mesh) -> None:
     small.mesh.validate()
 
 
-def test_a_surcharge_of_nothing_changes_nothing(bumpy: cm.Mesh) -> None:
+def test_a_modifier_of_nothing_changes_nothing(bumpy: cm.Mesh) -> None:
     def nothing(edges: cm.Edges) -> Any:
         return np.zeros(len(edges.lengths))
 
@@ -91,7 +91,7 @@ def test_a_surcharge_of_nothing_changes_nothing(bumpy: cm.Mesh) -> None:
 
     # With this many faces, the metric is used from the first collapse without functions, too.
     plain = cm.simplify(bumpy, faces=2000, fit_rounds=0)
-    for options in ({"surcharge": nothing}, {"guard": everything}):
+    for options in ({"cost_modifier": nothing}, {"constraint": everything}):
         found = cm.simplify(bumpy, faces=2000, **options)  # type: ignore[arg-type]
         assert found.mesh == plain.mesh
 
@@ -119,7 +119,7 @@ def test_the_time_of_annealing(bumpy: cm.Mesh) -> None:
         cm.simplify(bumpy, faces=300, preset="extreme", anneal_time=-1)
 
 
-def test_a_surcharge_and_a_guard(bumpy: cm.Mesh) -> None:
+def test_a_modifier_and_a_constraint(bumpy: cm.Mesh) -> None:
     def left(mesh: cm.Mesh) -> int:
         return int((mesh.vertices[:, 0] < 0).sum())
 
@@ -130,15 +130,15 @@ def test_a_surcharge_and_a_guard(bumpy: cm.Mesh) -> None:
         return (edges.vertices % 3 != 0).any(axis=1)
 
     plain = cm.simplify(bumpy, faces=2500)
-    assert left(cm.simplify(bumpy, faces=2500, surcharge=dearer).mesh) > 1.2 * left(plain.mesh)
-    kept = cm.simplify(bumpy, faces=300, guard=painted)
+    assert left(cm.simplify(bumpy, faces=2500, cost_modifier=dearer).mesh) > 1.2 * left(plain.mesh)
+    kept = cm.simplify(bumpy, faces=300, constraint=painted)
     assert kept.refused["other"] > 0
     kept.mesh.validate()
 
 
 @pytest.mark.parametrize("answer", [lambda e: 1 / 0, lambda e: [1.0], lambda e: "no"])
 def test_exceptions_of_functions_come_back(answer: Any, bumpy: cm.Mesh) -> None:
-    for option in ("cost", "surcharge", "guard"):
+    for option in ("cost", "cost_modifier", "constraint"):
         with pytest.raises((ZeroDivisionError, ValueError)):
             cm.simplify(bumpy, faces=500, **{option: answer})
     with pytest.raises((ZeroDivisionError, ValueError)):

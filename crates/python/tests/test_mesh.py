@@ -302,7 +302,7 @@ def test_files_are_told_where_they_are_wrong(tmp_path: Path) -> None:
         {"max_error": "0.2 parts"},
         {"max_error": -1.0},
         {"faces": 10, "components": "some"},
-        {"faces": 10, "fit_rounds": 2, "guard": lambda edges: edges.lengths > 0},
+        {"faces": 10, "fit_rounds": 2, "constraint": lambda edges: edges.lengths > 0},
     ],
 )
 def test_options_that_make_no_sense(options: Any) -> None:

@@ -87,28 +87,28 @@ impl Block {
         let own = partition.vertices(block);
         let first = partition.first(block);
         let corners = |face: u32| flat.triangle(face as usize).unwrap_or_default();
-        let of_region = |v: u32| partition.region_of(v);
+        let block_of = |v: u32| partition.block_of(v);
         // A face belongs to the lowest-numbered block among the blocks of its corners.
         let is_handed_on =
-            |&face: &u32| corners(face).into_iter().map(of_region).min() == Some(block);
+            |&face: &u32| corners(face).into_iter().map(block_of).min() == Some(block);
         let (mut faces, others): (Vec<u32>, Vec<u32>) =
             partition.mixed(block).iter().partition(|&face| is_handed_on(face));
-        let mut strangers: Vec<u32> = Vec::new();
+        let mut foreign: Vec<u32> = Vec::new();
         for &face in faces.iter().chain(&others) {
-            strangers.extend(corners(face).into_iter().filter(|&v| of_region(v) != block));
+            foreign.extend(corners(face).into_iter().filter(|&v| block_of(v) != block));
         }
         faces.extend_from_slice(partition.inner(block));
         let handed_on = faces.len();
         faces.extend(others);
-        strangers.sort_unstable();
-        strangers.dedup();
+        foreign.sort_unstable();
+        foreign.dedup();
         let number = |v: u32| {
             // For vertices before the block, the difference wraps to a very large number.
             let place = partition.rank(v).wrapping_sub(as_u32(first));
             if (place as usize) < own.len() {
                 return place;
             }
-            let (Ok(place) | Err(place)) = strangers.binary_search(&v);
+            let (Ok(place) | Err(place)) = foreign.binary_search(&v);
             as_u32(own.len() + place)
         };
         let triangle = |&face: &u32| {
@@ -126,7 +126,7 @@ impl Block {
         } else {
             own.iter().map(|&v| flat.quadrics[v as usize]).collect()
         };
-        let vertices: Vec<u32> = own.iter().chain(&strangers).copied().collect();
+        let vertices: Vec<u32> = own.iter().chain(&foreign).copied().collect();
         let positions = vertices.iter().map(|&v| flat.positions[v as usize]).collect();
         Self {
             part: Part {

@@ -312,7 +312,7 @@ mod tests {
 
     /// The edge of a block is not a boundary of the mesh.
     #[test]
-    fn regions_have_the_borders_of_the_whole() {
+    fn blocks_have_the_borders_of_the_whole() {
         let soup = Plane { half_width: 1.0 }.mesh(200, Default::default()).unwrap();
         let mut mesh = TriMesh::from_soup(&soup).unwrap();
         let at_border = AtomicUsize::new(0);

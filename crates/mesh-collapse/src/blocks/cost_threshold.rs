@@ -132,10 +132,10 @@ impl CostThreshold {
     #[must_use]
     pub fn closest(share: f64, blocks: &[&Forecast]) -> Self {
         let mut gone = vec![0_u64; BUCKETS];
-        for &(bucket, faces) in blocks.iter().flat_map(|of_region| &of_region.gone) {
+        for &(bucket, faces) in blocks.iter().flat_map(|block_of| &block_of.gone) {
             gone[bucket] += u64::from(faces);
         }
-        let faces: u64 = blocks.iter().map(|of_region| of_region.faces).sum();
+        let faces: u64 = blocks.iter().map(|block_of| block_of.faces).sum();
         let allowed = ((1.0 - share) * faces as f64) as u64;
         let mut left = allowed;
         for (bucket, &faces) in gone.iter().enumerate() {
@@ -161,7 +161,7 @@ impl CostThreshold {
     }
 
     /// The threshold of one of the blocks of a flat mesh.
-    pub(super) fn of_region(self, block: usize) -> Self {
+    pub(super) fn block_of(self, block: usize) -> Self {
         // In any sequence of blocks, the right share goes higher.
         let until = |place: u64| place * u64::from(self.higher) / u64::from(WHOLE);
         let place = u64::from(self.first) + block as u64;
@@ -209,14 +209,14 @@ mod tests {
         let closest = CostThreshold::closest(0.75, &both);
         assert_eq!((closest.bucket, closest.higher), (5, WHOLE / 4));
         for first in [0, 1, 77] {
-            let higher = (0..400).filter(|&i| closest.for_sheet(first).of_region(i).bucket == 6);
+            let higher = (0..400).filter(|&i| closest.for_sheet(first).block_of(i).bucket == 6);
             let places: Vec<usize> = higher.collect();
             assert_eq!(places.len(), 100);
             assert!(places.windows(2).all(|pair| pair[1] - pair[0] == 4), "{places:?}");
         }
         // Other flat meshes start elsewhere, and the same share of their first blocks goes higher.
-        let firsts = (0..400).filter(|&i| closest.for_sheet(i).of_region(0).bucket == 6);
+        let firsts = (0..400).filter(|&i| closest.for_sheet(i).block_of(0).bucket == 6);
         assert!((95..=105).contains(&firsts.count()));
-        assert_eq!(CostThreshold::ALL.of_region(3), CostThreshold::ALL);
+        assert_eq!(CostThreshold::ALL.block_of(3), CostThreshold::ALL);
     }
 }

@@ -102,9 +102,9 @@ impl Partition {
             rank[v as usize] = as_u32(place);
         }
         let blocks = order.len().div_ceil(1 << shift);
-        let regions_of =
+        let blocks_of =
             |face: usize| flat.triangle(face).map(|t| t.map(|v| rank[v as usize] >> shift));
-        let tags = parallel::collect(flat.face_capacity(), |face| match regions_of(face) {
+        let tags = parallel::collect(flat.face_capacity(), |face| match blocks_of(face) {
             Some([a, b, c]) if a == b && b == c && (a as usize) < blocks => a,
             Some([a, b, c]) if (a.min(b).min(c) as usize) < blocks => MIXED,
             _ => GONE,
@@ -115,7 +115,7 @@ impl Partition {
         let several = || of_face().filter(|&(_, tag)| tag == MIXED).map(|(face, _)| face);
         let in_each = || {
             several().flat_map(|face| {
-                let [a, b, c] = regions_of(face as usize).unwrap_or_default();
+                let [a, b, c] = blocks_of(face as usize).unwrap_or_default();
                 let others = [(b != a).then_some(b), (c != a && c != b).then_some(c)];
                 let all = core::iter::once(a).chain(others.into_iter().flatten());
                 // Held vertices are in no block.
@@ -164,7 +164,7 @@ impl Partition {
         self.rank[v as usize]
     }
 
-    pub(super) fn region_of(&self, v: u32) -> usize {
+    pub(super) fn block_of(&self, v: u32) -> usize {
         (self.rank[v as usize] >> self.shift) as usize
     }
 }
@@ -215,7 +215,7 @@ mod tests {
     use super::{Site, evenly, halve};
 
     #[test]
-    fn regions_are_cut_across_their_longest_side() {
+    fn blocks_are_cut_across_their_longest_side() {
         for axis in 0..3 {
             let site = |vertex: u32| {
                 let mut at = [(vertex % 2) as f32, (vertex % 3) as f32, (vertex % 5) as f32];

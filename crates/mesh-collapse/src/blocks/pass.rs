@@ -126,7 +126,7 @@ impl FlatMesh<'_> {
         assert!(!rules.record, "nothing is recorded here");
         let partition = self.partition(pass);
         let mut reduced = parallel::collect_each(partition.blocks(), |i| {
-            Block::new(self, &partition, i, rules).reduce(rules, threshold.of_region(i))
+            Block::new(self, &partition, i, rules).reduce(rules, threshold.block_of(i))
         });
         reduced.push(self.idle());
         let joined = FlatMesh::join_all(reduced, self.vertex_capacity());
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn collapses_of_several_regions_come_by_the_largest_cost_so_far() {
+    fn collapses_of_several_blocks_come_by_the_largest_cost_so_far() {
         let costs = [vec![1.0, 5.0, 2.0], vec![], vec![0.5, 1.0, 6.0]];
         let order = by_cost_so_far(costs.iter().map(|costs| costs.iter().copied()));
         let order: Vec<(u32, u32)> = order.into_iter().map(|(_, block, i)| (block, i)).collect();

@@ -18,14 +18,14 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// A distance, and the length at which the division of segments ends.
 #[derive(Clone, Copy)]
-pub(super) struct Reach {
+pub(super) struct Tolerance {
     distance: f64,
     squared: f64,
     least: f64,
 }
 
-impl Reach {
-    /// The reach for a distance between surfaces in this box.
+impl Tolerance {
+    /// The tolerance for a distance between surfaces in this box.
     pub(super) fn new(distance: f64, bounds: BoundingBox) -> Self {
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
         // The middle of a part must differ from both ends.
@@ -73,7 +73,7 @@ impl Reach {
         self.cover_between([(p, of_p), (q, of_q)], triangles, used)
     }
 
-    /// Does the work of [`Reach::cover`] for a part, given a triangle that is close to each end.
+    /// Does the work of [`Tolerance::cover`] for a part, given a triangle that is close to each end.
     fn cover_between(
         &self,
         [start, end]: [(DVec3, usize); 2],
@@ -123,8 +123,8 @@ mod tests {
         let covered = |distance: f64| {
             let mut used = Vec::new();
             let mut last = [0; 2];
-            let reach = Reach::new(distance, bounds);
-            let covers = reach.cover(across, &roof, &mut last, &mut |i| used.push(i));
+            let tolerance = Tolerance::new(distance, bounds);
+            let covers = tolerance.cover(across, &roof, &mut last, &mut |i| used.push(i));
             used.sort_unstable();
             used.dedup();
             covers.then_some(used)
@@ -145,9 +145,9 @@ mod tests {
         let [a, b, c, d] = corners;
         let bounds = BoundingBox { min: a, max: d };
         let halves = [[a, b, c], [b, d, c]].map(Prepared::new);
-        let reach = Reach::new(1e-13, bounds);
+        let tolerance = Tolerance::new(1e-13, bounds);
         let mut parts = 0;
-        reach.cover([a, d], &halves, &mut [0; 2], &mut |_| parts += 1);
+        tolerance.cover([a, d], &halves, &mut [0; 2], &mut |_| parts += 1);
         assert!(parts < 100, "{parts}");
     }
 }

@@ -21,7 +21,7 @@ use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, as_u32, p
 use mesh_metric::{ClosestPoint, Surface, SurfaceError};
 use mesh_refine::FaceLists;
 
-use crate::tolerance::coverage::{Reach, Segment};
+use crate::tolerance::coverage::{Segment, Tolerance};
 use crate::tolerance::edge_coverage;
 use crate::tolerance::edge_face_incidence::EdgeFaceIncidence;
 use crate::tolerance::prepared_triangle::{Prepared, Triangle};
@@ -34,11 +34,11 @@ pub(crate) struct DistanceConstraint<'a> {
     topology: &'a Topology,
     /// Incenters of its faces at boundaries. Their numbers as vertices follow the vertices.
     incenters: Vec<DVec3>,
-    reach: Reach,
+    tolerance: Tolerance,
     proofs: Proofs<'a>,
     /// The vertices of each face, the farthest first, since it is the most likely to be too far away.
     vertices: FaceLists,
-    covers: EdgeFaceIncidence,
+    incidence: EdgeFaceIncidence,
     holds_all: bool,
     /// Number of collapses so far.
     collapses: u32,
@@ -89,7 +89,7 @@ impl<'a> DistanceConstraint<'a> {
         distance: f64,
         proofs: Proofs<'a>,
     ) -> Result<Self, SurfaceError> {
-        let reach = Reach::new(distance, original.bounding_box());
+        let tolerance = Tolerance::new(distance, original.bounding_box());
         let surface = Surface::new(mesh)?;
         let faces = mesh.topology().face_capacity();
         let mut closest = Vec::with_capacity(original.positions().len());
@@ -108,17 +108,18 @@ impl<'a> DistanceConstraint<'a> {
         for (_, vertex, face) in all {
             vertices.push(face, vertex);
         }
-        let mut covers = EdgeFaceIncidence::new(faces, topology.edge_capacity());
-        let holds_all = add_covers(&mut covers, &surface, topology, original, &closest, reach);
+        let mut incidence = EdgeFaceIncidence::new(faces, topology.edge_capacity());
+        let holds_all =
+            add_incidence(&mut incidence, &surface, topology, original, &closest, tolerance);
         let (collapses, changed, kept) = (0, vec![0; faces], Vec::new());
         Ok(Self {
             original,
             topology,
             incenters,
-            reach,
+            tolerance,
             proofs,
             vertices,
-            covers,
+            incidence,
             holds_all,
             collapses,
             changed,
@@ -166,7 +167,7 @@ impl<'a> DistanceConstraint<'a> {
         }
         let hub = patch.origin() + x;
         // Most rejected positions are too far away themselves.
-        if self.original.distance(hub) > self.reach.distance() {
+        if self.original.distance(hub) > self.tolerance.distance() {
             return false;
         }
         let at = |corner: DVec3| patch.origin() + corner;
@@ -186,7 +187,7 @@ impl<'a> DistanceConstraint<'a> {
             }
             rim.push(from);
         }
-        let (distance, least) = (self.reach.distance(), self.reach.least());
+        let (distance, least) = (self.tolerance.distance(), self.tolerance.least());
         let holds = edge_coverage::are_within(hub, &rim, self.original, distance, least)
             && self.covers_edges(patch, ties)
             && (!self.proofs.are_needed(hub, &rim) || are_proved(&new, self.original, distance));
@@ -214,7 +215,7 @@ impl<'a> DistanceConstraint<'a> {
     fn are_all_near(&self, mut vertices: impl Iterator<Item = u32>, faces: &[Prepared]) -> bool {
         let mut last = 0;
         vertices.all(|v| {
-            let found = self.reach.find(self.vertex(v), faces, [last, 0]);
+            let found = self.tolerance.find(self.vertex(v), faces, [last, 0]);
             last = found.unwrap_or(last);
             found.is_some()
         })
@@ -275,12 +276,12 @@ impl<'a> DistanceConstraint<'a> {
         let all_hold = some.iter().all(|&edge| {
             faces.truncate(new.len());
             let first = others.len();
-            others.extend(self.covers.of_edge(edge).filter(|face| !around.contains(face)));
+            others.extend(self.incidence.of_edge(edge).filter(|face| !around.contains(face)));
             let beyond = &others[first..];
             faces.extend(beyond.iter().map(|&face| Prepared::new(patch.mesh().triangle(face))));
             let before = edges.len();
             // The faces outside cover this edge already.
-            self.reach.cover(self.segment(edge), &faces, &mut last, &mut |face| {
+            self.tolerance.cover(self.segment(edge), &faces, &mut last, &mut |face| {
                 if face < new.len() && !edges[before..].contains(&(edge, face)) {
                     edges.push((edge, face));
                 }
@@ -291,7 +292,7 @@ impl<'a> DistanceConstraint<'a> {
 
     /// The edges that belong to some faces, each once.
     fn edges_of_faces(&self, faces: impl Iterator<Item = FaceId>) -> Vec<u32> {
-        let mut all: Vec<u32> = faces.flat_map(|face| self.covers.of_face(face)).collect();
+        let mut all: Vec<u32> = faces.flat_map(|face| self.incidence.of_face(face)).collect();
         all.sort_unstable();
         all.dedup();
         all
@@ -351,13 +352,13 @@ const WAVE: usize = 64;
 
 /// Adds the faces of a surface that cover each edge of the original. `closest` holds the closest point for each vertex
 /// of the original. A part beyond the distance is assigned to the closest faces. Returns whether there is no such part.
-fn add_covers(
-    covers: &mut EdgeFaceIncidence,
+fn add_incidence(
+    incidence: &mut EdgeFaceIncidence,
     surface: &Surface,
     topology: &Topology,
     original: &Surface,
     closest: &[Foot],
-    reach: Reach,
+    tolerance: Tolerance,
 ) -> bool {
     let mut holds_all = true;
     let count = topology.edge_capacity();
@@ -375,10 +376,10 @@ fn add_covers(
                 }
             };
             let there = edges.filter(|&edge| topology.contains_edge(edge));
-            find_covers(surface, there.map(whole).collect(), reach)
+            find_incidence(surface, there.map(whole).collect(), tolerance)
         });
         for (pairs, holds) in found {
-            pairs.into_iter().for_each(|(edge, face)| covers.add(edge, face));
+            pairs.into_iter().for_each(|(edge, face)| incidence.add(edge, face));
             holds_all &= holds;
         }
     }
@@ -393,22 +394,22 @@ struct Part {
 }
 
 /// Pairs of an edge and a face of the surface that covers a part of it, and whether every part is within the distance.
-fn find_covers(
+fn find_incidence(
     surface: &Surface,
     mut parts: Vec<Part>,
-    reach: Reach,
+    tolerance: Tolerance,
 ) -> (Vec<(u32, FaceId)>, bool) {
     let (mut found, mut holds_all) = (Vec::with_capacity(parts.len()), true);
     while !parts.is_empty() {
         let mut open = Vec::new();
         for part in parts {
             let covers = |closest: &&Foot| {
-                reach.covers(&surface.triangle(closest.triangle as usize), &part.ends)
+                tolerance.covers(&surface.triangle(closest.triangle as usize), &part.ends)
             };
-            let is_near = part.closest.iter().all(|end| end.distance <= reach.distance());
+            let is_near = part.closest.iter().all(|end| end.distance <= tolerance.distance());
             if let Some(closest) = part.closest.iter().find(covers) {
                 found.push((part.edge, closest.face));
-            } else if let Some(halves) = reach.halves(&part.ends).filter(|_| is_near) {
+            } else if let Some(halves) = tolerance.halves(&part.ends).filter(|_| is_near) {
                 open.push((part, halves));
             } else {
                 holds_all &= is_near;
@@ -485,7 +486,7 @@ impl Placement for DistanceConstraint<'_> {
         for face in faces_of(patch) {
             self.changed[face.index()] = self.collapses;
             self.vertices.clear(face);
-            self.covers.clear(face);
+            self.incidence.clear(face);
         }
         for &(_, vertex, face) in vertices.iter() {
             if let Some(&face) = new.get(face) {
@@ -494,7 +495,7 @@ impl Placement for DistanceConstraint<'_> {
         }
         for &(edge, face) in edges.iter() {
             if let Some(&face) = new.get(face) {
-                self.covers.add(edge, face);
+                self.incidence.add(edge, face);
             }
         }
     }

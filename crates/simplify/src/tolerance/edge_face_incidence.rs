@@ -149,25 +149,25 @@ mod tests {
 
     #[test]
     fn pairs_are_found_from_both_sides_until_the_face_gives_them_up() {
-        let mut covers = EdgeFaceIncidence::new(4, 3);
+        let mut incidence = EdgeFaceIncidence::new(4, 3);
         let face = FaceId::from_index;
         for (edge, f) in [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 3)] {
-            covers.add(edge, face(f));
+            incidence.add(edge, face(f));
         }
-        covers.clear(face(1));
-        let faces = |covers: &EdgeFaceIncidence, t| {
-            let mut faces: Vec<usize> = covers.of_edge(t).map(Handle::index).collect();
+        incidence.clear(face(1));
+        let faces = |incidence: &EdgeFaceIncidence, t| {
+            let mut faces: Vec<usize> = incidence.of_edge(t).map(Handle::index).collect();
             faces.sort_unstable();
             faces
         };
-        assert_eq!([0, 1, 2].map(|t| faces(&covers, t)), [vec![0, 2], vec![], vec![3]]);
-        assert_eq!(covers.of_face(face(1)).count(), 0);
+        assert_eq!([0, 1, 2].map(|t| faces(&incidence, t)), [vec![0, 2], vec![], vec![3]]);
+        assert_eq!(incidence.of_face(face(1)).count(), 0);
         // Places that were freed are used again.
-        covers.add(1, face(2));
-        covers.add(0, face(3));
-        assert_eq!(covers.others.len(), 3);
-        assert_eq!([0, 1, 2].map(|t| faces(&covers, t)), [vec![0, 2, 3], vec![2], vec![3]]);
-        let mut of_two: Vec<u32> = covers.of_face(face(2)).collect();
+        incidence.add(1, face(2));
+        incidence.add(0, face(3));
+        assert_eq!(incidence.others.len(), 3);
+        assert_eq!([0, 1, 2].map(|t| faces(&incidence, t)), [vec![0, 2, 3], vec![2], vec![3]]);
+        let mut of_two: Vec<u32> = incidence.of_face(face(2)).collect();
         of_two.sort_unstable();
         assert_eq!(of_two, [0, 1]);
     }

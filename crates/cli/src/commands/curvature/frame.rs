@@ -1,7 +1,7 @@
 //! `curvmesh curvature --estimator auto`, `fit`, `ball` and `corrected`: principal curvatures and directions of every
 //! vertex, fitted or averaged over balls.
 
-use dcurv::{FitOptions, FitScale};
+use dcurv::{FitScale, JetFitOptions};
 use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
@@ -32,7 +32,7 @@ const KIND: &str = "curvature_kind";
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Settings {
-    Fit(FitOptions),
+    Fit(JetFitOptions),
     Ball { radius: Option<f64> },
 }
 
@@ -277,10 +277,10 @@ fn summary(report: &Report<Results>) -> String {
             let normals = if found.estimator == "ball" { "" } else { " with interpolated normals" };
             format!("averages over balls of radius {:.6}{reduced}{normals}", radius.unwrap_or(0.0))
         }
-        (Settings::Fit(FitOptions { scale: FitScale::Rings(rings), .. }), _) => {
+        (Settings::Fit(JetFitOptions { scale: FitScale::Rings(rings), .. }), _) => {
             format!("quadratic surfaces fitted to {rings} rings")
         }
-        (Settings::Fit(FitOptions { scale: FitScale::Radius(radius), .. }), _) => {
+        (Settings::Fit(JetFitOptions { scale: FitScale::Radius(radius), .. }), _) => {
             format!("surfaces fitted within a radius of {radius:.6}")
         }
         _ => "surfaces fitted to the nearest points".to_owned(),

@@ -1,7 +1,7 @@
 //! `curvmesh curvature --estimator vertex`: discrete curvature of every vertex. And `auto`: the same sums and quantities
 //! of vertices, with pointwise quantities of fitted surfaces.
 
-use dcurv::{CurvatureOptions, FitOptions, Totals};
+use dcurv::{CurvatureOptions, JetFitOptions, Totals};
 use mesh_core::{Topology, TriMesh, VertexMap, parallel};
 use mesh_io::{Format, Model};
 use mesh_render::Scale;
@@ -48,7 +48,7 @@ struct Settings {
     #[serde(flatten)]
     vertex: CurvatureOptions,
     #[serde(flatten)]
-    fit: Option<FitOptions>,
+    fit: Option<JetFitOptions>,
 }
 
 /// What the estimators found.

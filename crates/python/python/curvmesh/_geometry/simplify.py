@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["Charts", "Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Shortfall", "Simplified", "TurnedOver", "lod", "simplify"]
 
 class Edges(NamedTuple):
-    """Candidate edges, as passed to a custom cost, surcharge or guard.
+    """Candidate edges, as passed to a custom cost, cost modifier or constraint.
 
     Attributes
     ----------
@@ -365,8 +365,8 @@ def simplify(
     keep_seams: bool = False,
     attributes: bool = True,
     cost: EdgeFunction | None = None,
-    surcharge: EdgeFunction | None = None,
-    guard: EdgeFunction | None = None,
+    cost_modifier: EdgeFunction | None = None,
+    constraint: EdgeFunction | None = None,
     progress: Progress = None,
     callback: Callback | None = None,
     keep_partial: bool = False,
@@ -457,9 +457,9 @@ def simplify(
         A custom cost instead of the cost of the preset. Called with :class:`Edges`; returns one number for
         each, NaN for edges that must not collapse. It is called with all edges first, and after each collapse
         with the edges around it.
-    surcharge : callable, optional
-        A surcharge of at least 0 on the cost: ``cost * (1 + surcharge)``; called in the same way.
-    guard : callable, optional
+    cost_modifier : callable, optional
+        At least 0; the cost becomes ``cost * (1 + cost_modifier)``; called in the same way.
+    constraint : callable, optional
         Returns ``True`` for each edge that may collapse; called in the same way. With any of the three
         functions the result is not fitted, and the metric is used from the first collapse; without them
         quadrics come first if the target has far fewer faces.
@@ -502,7 +502,7 @@ def simplify(
 
     Edges near one side stay:
 
-    >>> left = cm.simplify(sphere, faces=1500, guard=lambda edges: edges.midpoints[:, 0] > 0).mesh
+    >>> left = cm.simplify(sphere, faces=1500, constraint=lambda edges: edges.midpoints[:, 0] > 0).mesh
     >>> int((left.vertices[:, 0] < -0.5).sum()) == int((sphere.vertices[:, 0] < -0.5).sum())
     True
     """
@@ -519,7 +519,7 @@ def simplify(
         raise OptionError(
             "say when to stop: faces=, vertices=, ratio=, max_error=, max_cost= or time_limit="
         )
-    if (cost or surcharge or guard) and (fit_rounds or norm):
+    if (cost or cost_modifier or constraint) and (fit_rounds or norm):
         raise OptionError("with functions of one's own the result is not fitted: leave out fit_rounds and norm")
     choices = _choices(
         preset,
@@ -540,7 +540,7 @@ def simplify(
     data = as_mesh(mesh)._data
     with calling("simplifying", progress, threads, callback, keep_partial) as call:
         made, told = _core.simplify(
-            call, data, targets, choices, rules, constraints, _asked(cost), _asked(surcharge), _asked(guard)
+            call, data, targets, choices, rules, constraints, _asked(cost), _asked(cost_modifier), _asked(constraint)
         )
     return Simplified(
         mesh=Mesh._of(made),
