@@ -83,6 +83,9 @@ impl Refined {
 /// The number of points at which the mean distance is measured that decides whether a stage stays.
 const POINTS: usize = 8_000;
 
+/// The largest number of times that the largest errors are reduced.
+const PASSES: usize = 3;
+
 /// The stages of refinement.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Steps {
@@ -184,57 +187,93 @@ impl<'a> Pipeline<'a> {
                 constraints = unchanged;
             }
         }
-        if let Some(options) = &self.steps.max_error
-            && !observer.is_stopped()
-        {
-            let original = self.original;
-            if texture.is_some() || mean.is_some() {
-                let (mut next, mut following) = (done.mesh.clone(), constraints.clone());
-                let report = reduce_max_error_observed(
-                    &mut next,
-                    original,
-                    &mut following,
-                    options,
-                    observer,
-                )?;
-                let most = mean.map(|mean| options.max_rise * mean);
-                if self.measured(&next)? <= most
-                    && done.take_unfolded(next, &report.vertex_map, texture.as_ref())
-                {
-                    (done.max_error, constraints) = (Some(report), following);
-                }
-            } else {
-                // No earlier mesh needs to be kept.
-                let mesh = &mut done.mesh;
-                let report =
-                    reduce_max_error_observed(mesh, original, &mut constraints, options, observer)?;
-                done.follow(&report.vertex_map);
-                done.max_error = Some(report);
+        done.constraints = constraints;
+        self.reduce_and_unfold(&mut done, &vertex_map, mean, observer)?;
+        Ok((done, vertex_map))
+    }
+
+    /// Turns back the faces that are turned over, and reduces the largest errors. A face that is turned back may be
+    /// farther from the original, and a reduction may turn other faces over, so both are repeated.
+    fn reduce_and_unfold(
+        &self,
+        done: &mut Refined,
+        vertex_map: &VertexMap<Option<VertexId>>,
+        mean: Option<f64>,
+        observer: &mut Observer<'_>,
+    ) -> Result<(), RefineError> {
+        self.unfold(done, vertex_map);
+        let Some(options) = &self.steps.max_error else { return Ok(()) };
+        let texture = self.texture.as_ref().map(|texture| texture.check(vertex_map));
+        for _ in 0..PASSES {
+            let turned = done.unfold;
+            if observer.is_stopped() {
+                break;
+            }
+            self.reduce_max_error(done, options, mean, texture.as_ref(), observer)?;
+            self.unfold(done, vertex_map);
+            if done.unfold == turned {
+                break;
             }
         }
-        done.constraints = constraints;
-        self.unfold(&mut done, &vertex_map);
-        Ok((done, vertex_map))
+        Ok(())
+    }
+
+    /// Reduces the largest errors, unless more faces are folded in the texture then, or the mean distance has risen too
+    /// much.
+    fn reduce_max_error(
+        &self,
+        done: &mut Refined,
+        options: &MaxErrorOptions,
+        mean: Option<f64>,
+        texture: Option<&TextureCheck<'_>>,
+        observer: &mut Observer<'_>,
+    ) -> Result<(), RefineError> {
+        let original = self.original;
+        let report = if texture.is_some() || mean.is_some() {
+            let (mut next, mut following) = (done.mesh.clone(), done.constraints.clone());
+            let report =
+                reduce_max_error_observed(&mut next, original, &mut following, options, observer)?;
+            let most = mean.map(|mean| options.max_rise * mean);
+            if self.measured(&next)? > most
+                || !done.take_unfolded(next, &report.vertex_map, texture)
+            {
+                return Ok(());
+            }
+            done.constraints = following;
+            report
+        } else {
+            // No earlier mesh needs to be kept.
+            let (mesh, constraints) = (&mut done.mesh, &mut done.constraints);
+            let report = reduce_max_error_observed(mesh, original, constraints, options, observer)?;
+            done.follow(&report.vertex_map);
+            report
+        };
+        done.max_error = Some(match done.max_error.take() {
+            Some(earlier) => earlier.then(report),
+            None => report,
+        });
+        Ok(())
     }
 
     /// Turns back the faces that are turned over, if this stage is enabled and no more faces are folded in the texture
     /// then. `vertex_map` has the vertex of the level for each vertex of the original.
     pub fn unfold(&self, done: &mut Refined, vertex_map: &VertexMap<Option<VertexId>>) {
         let Some(options) = &self.steps.unfold else { return };
-        let Some(texture) = &self.texture else {
-            done.unfold = Some(unfold(&mut done.mesh, self.original, &done.constraints, options));
-            return;
-        };
-        let check = texture.check(vertex_map);
-        let mut next = done.mesh.clone();
-        let mut report = unfold(&mut next, self.original, &done.constraints, options);
-        let folds = |mesh: &TriMesh| check.folded_after(mesh, done.vertex_map.as_ref());
-        if report.has_helped() && folds(&next) <= folds(&done.mesh) {
-            done.mesh = next;
+        let report = if let Some(texture) = &self.texture {
+            let check = texture.check(vertex_map);
+            let mut next = done.mesh.clone();
+            let mut report = unfold(&mut next, self.original, &done.constraints, options);
+            let folds = |mesh: &TriMesh| check.folded_after(mesh, done.vertex_map.as_ref());
+            if report.has_helped() && folds(&next) <= folds(&done.mesh) {
+                done.mesh = next;
+            } else {
+                report.turned_after = report.turned_before;
+            }
+            report
         } else {
-            report.turned_after = report.turned_before;
-        }
-        done.unfold = Some(report);
+            unfold(&mut done.mesh, self.original, &done.constraints, options)
+        };
+        done.unfold = Some(done.unfold.unwrap_or_default().then(report));
     }
 
     /// The mean distance of a mesh from the original, if stages are undone that raise it.

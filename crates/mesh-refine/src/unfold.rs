@@ -31,7 +31,7 @@ pub struct UnfoldOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct UnfoldReport {
-    /// Number of faces that were turned over before.
+    /// Number of faces that were turned over before, or became so between two repairs.
     pub turned_before: usize,
     /// Number of faces that are turned over after it.
     pub turned_after: usize,
@@ -42,6 +42,13 @@ impl UnfoldReport {
     #[must_use]
     pub const fn has_helped(&self) -> bool {
         self.turned_after < self.turned_before
+    }
+
+    /// The report of both runs, where the mesh was changed in between.
+    #[must_use]
+    pub(crate) const fn then(self, next: Self) -> Self {
+        let new = next.turned_before.saturating_sub(self.turned_after);
+        Self { turned_before: self.turned_before + new, turned_after: next.turned_after }
     }
 }
 

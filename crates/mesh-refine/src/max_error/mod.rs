@@ -108,6 +108,23 @@ pub struct MaxErrorReport {
     pub vertex_map: VertexMap<Option<VertexId>>,
 }
 
+impl MaxErrorReport {
+    /// The report of both runs, one after the other.
+    #[must_use]
+    pub(crate) fn then(self, next: Self) -> Self {
+        let follow =
+            |v: &Option<VertexId>| v.and_then(|v| next.vertex_map.get(v).copied().flatten());
+        let vertex_map = self.vertex_map.as_slice().iter().map(follow).collect();
+        Self {
+            rounds: self.rounds + next.rounds,
+            kept: self.kept + next.kept,
+            largest_before: self.largest_before,
+            largest_after: next.largest_after,
+            vertex_map: VertexMap::from_vec(vertex_map),
+        }
+    }
+}
+
 /// Reduces the largest distances of the vertices of the original from a mesh without gaps. The number of faces does not
 /// rise; `constraints` follow the mesh.
 ///
