@@ -41,8 +41,8 @@ pub struct MaxErrorOptions {
     pub spacing: f64,
     /// Largest factor by which the mean or the root mean square of the distances may rise.
     pub max_rise: f64,
-    /// The smallest number of faces of the result. A round that ends on the boundary may remove one face more than it
-    /// has added.
+    /// The smallest number of faces of the result. A collapse removes two faces or, on the boundary, one. So a mesh with
+    /// exactly this number may get one face more.
     pub min_faces: usize,
     /// Options of the fit around the largest errors, before the rounds and after each round that was kept. It uses
     /// [`FitOptions::tail`], and continues for as many rounds as the largest errors fall; edges are not flipped. With 0
@@ -126,7 +126,7 @@ impl MaxErrorReport {
 }
 
 /// Reduces the largest distances of the vertices of the original from a mesh without gaps. The number of faces does not
-/// rise; `constraints` follow the mesh.
+/// rise by more than one, see [`MaxErrorOptions::min_faces`]; `constraints` follow the mesh.
 ///
 /// Fixed vertices do not move, and boundary edges whose ends are both fixed are not split. If intersections are
 /// forbidden, no step makes faces intersect that did not before.
@@ -167,8 +167,9 @@ pub(crate) fn reduce_max_error_observed(
     // At first all far vertices are moved back. If that fails, only the farthest are.
     let (mut share, mut returning) = (options.share, usize::MAX);
     let mut failed = 0;
+    let most_faces = faces.max(options.min_faces.saturating_add(1).min(faces + 1));
     let step = CollapseBack {
-        faces,
+        faces: most_faces,
         locked: &[],
         boundary: Boundary::Quadrics,
         forbid_intersections: options.forbid_intersections,
@@ -202,7 +203,7 @@ pub(crate) fn reduce_max_error_observed(
             let step = CollapseBack { locked: &placed, first: Some(&cheapest), ..step };
             let back = collapse_back(&mut next, constraints, &step, Phase::MaxError, observer);
             let left = next.topology().face_count();
-            if (options.min_faces..=faces).contains(&left) {
+            if (options.min_faces..=most_faces).contains(&left) {
                 let (vertex_map, bar) = (Became::Other(&back.remap), max_error.heights.largest);
                 let change = max_error.after(mesh, &next, original, vertex_map, bar)?;
                 let change = change.filter(|c| is_better(c.heights, max_error.heights, most));
