@@ -302,4 +302,26 @@ mod tests {
         let report = reduce_max_error(&mut mesh, &original, &mut constraints, &options).unwrap();
         assert_eq!((report.rounds, report.kept), (1 + PATIENCE, 0));
     }
+
+    #[test]
+    fn a_mesh_with_the_least_faces_may_get_one_more() {
+        let original = Surface::new(&wave(20)).unwrap();
+        let more = (4..10).map(|cells| {
+            let mut mesh = wave(cells);
+            let faces = mesh.topology().face_count();
+            let options = MaxErrorOptions {
+                min_faces: faces,
+                share: 0.05,
+                max_rise: 1.5,
+                ..MaxErrorOptions::default()
+            };
+            let mut constraints = FitConstraints::default();
+            let report =
+                reduce_max_error(&mut mesh, &original, &mut constraints, &options).unwrap();
+            assert!(report.largest_after <= report.largest_before);
+            mesh.topology().face_count() - faces
+        });
+        let more: Vec<usize> = more.collect();
+        assert!(more.iter().all(|&more| more <= 1) && more.contains(&1), "{more:?}");
+    }
 }
