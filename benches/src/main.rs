@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod command_output;
+mod compiled;
 mod curvature_study;
 mod fetch;
 mod giant;

@@ -8,9 +8,11 @@
 //! The record of a run is a file of JSON lines, one for each job. The tables of the pages are made from such a record,
 //! with `--from` without running anything; so is a page that sorts, filters and plots them.
 //!
-//! The tools written in Python are installed in a virtual environment under `target/peers`. CGAL is included if its
-//! headers and a C++ compiler are available, meshoptimizer if this program was built with the feature `meshopt`.
+//! The other programs are data: see [`drivers`]. Packages of Python and npm are installed under `target/peers`. CGAL is
+//! included if its headers and a C++ compiler are available, pmp if there is a clone of it, meshoptimizer if this program
+//! was built with the feature `meshopt`.
 
+mod drivers;
 mod environment;
 mod errors;
 mod html;
@@ -46,7 +48,7 @@ pub(crate) struct Peers {
     /// The folder with the meshes
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS", required_unless_present = "from")]
     models: Option<PathBuf>,
-    /// A set of benches/jobs.toml: short, usual, full or errors. The options below replace parts of it
+    /// A set of benches/jobs.toml: short, usual, open, foreign or errors. The options below replace parts of it
     #[arg(long, value_name = "SET", default_value = "usual")]
     jobs: String,
     /// Which meshes, by file name
@@ -76,6 +78,12 @@ pub(crate) struct Peers {
     /// The folder for the environment, the record (peers.jsonl), the tables (peers.md) and the page (peers.html)
     #[arg(long, value_name = "DIR", default_value = "target/peers")]
     out: PathBuf,
+    /// A folder with clones of libraries that have no package: pmp-library; and cgal, if not that of the system
+    #[arg(long, value_name = "DIR")]
+    clones: Option<PathBuf>,
+    /// Keep the runs of the record in OUT, and do those that it does not have
+    #[arg(long, conflicts_with_all = ["from", "keep"])]
+    resume: bool,
     /// Run nothing; write the tables of the pages from this record
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
@@ -116,14 +124,15 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
         }
     }
     let wanted = wanted(options)?;
-    let environment = Environment::prepare(&out)?;
+    let environment = Environment::prepare(&out, options.clones.as_deref(), &wanted)?;
     let tools = with_others(there(wanted, options, &environment), options)?;
     let base = base(options, &tools)?;
     let versions: Vec<Option<String>> = tools.iter().map(|t| environment.version(t)).collect();
     let machine = Machine::this();
+    let file = out.join("peers.jsonl");
+    let mut rows = if options.resume && file.exists() { record::read(&file)? } else { Vec::new() };
     let runs = options.meshes.len() * targets.len() * tools.len();
     let bar = progress_bar(runs);
-    let mut rows = Vec::new();
     for name in &options.meshes {
         let path = models.join(name);
         let bytes = std::fs::read(&path).map_err(Failure::reading(&path))?;
@@ -138,6 +147,12 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
         let mut meter = Meter::new(&environment, &input);
         for &target in &targets {
             for (tool, version) in tools.iter().zip(&versions) {
+                let is_done =
+                    |row: &Record| row.is_run(&sha256, &target.to_string(), &tool.to_string());
+                if rows.iter().any(is_done) {
+                    bar.inc(1);
+                    continue;
+                }
                 bar.set_message(format!("{name} {target} {tool}"));
                 let job = Job {
                     tool: tool.clone(),
@@ -181,7 +196,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
             }
         }
         // A run takes long: intermediate results are saved in case it is aborted.
-        record::write(&rows, &out.join("peers.jsonl"))?;
+        record::write(&rows, &file)?;
     }
     bar.finish_and_clear();
     let text = table::report(&rows, &base.to_string());

@@ -10,99 +10,95 @@ use super::case::{Case, Estimate};
 use super::cost::Cost;
 use super::surfaces::Exact;
 use crate::command_output::command_output;
+use crate::compiled::Library;
 use crate::process::Process;
 
 /// The radius of averages over balls, in mean edges.
 pub(super) const RADIUS: f64 = 3.0;
 
-/// A library that is compiled with its driver.
-struct Library {
-    /// The name of the compiled program.
-    name: &'static str,
-    driver: (&'static str, &'static str),
-    /// The folder of the library in `--clones`, and whether there are other places to look for it.
-    clone: &'static str,
-    is_required: bool,
-    /// Folders of headers and sources in the clone.
-    headers: &'static [&'static str],
-    sources: &'static [&'static str],
-    flags: &'static [&'static str],
-    /// Names of programs in the tables, and the methods of the driver.
-    methods: &'static [(&'static str, &'static str)],
-}
+const CGAL: &str = include_str!("cgal_curvature.cpp");
 
-const CGAL: (&str, &str) = ("cgal_curvature.cpp", include_str!("cgal_curvature.cpp"));
-
-const LIBRARIES: [Library; 5] = [
-    Library {
-        name: "cgal-corrected",
-        driver: CGAL,
-        clone: "cgal",
-        is_required: false,
-        headers: &["include"],
-        sources: &[],
-        flags: &["-DPEER_CORRECTED", "-lgmp", "-lmpfr"],
-        methods: &[("CGAL, corrected", "ball"), ("CGAL, corrected, star", "star")],
-    },
-    Library {
-        name: "cgal-jets",
-        driver: CGAL,
-        clone: "cgal",
-        is_required: false,
-        headers: &["include"],
-        sources: &[],
-        flags: &["-DPEER_JETS", "-lgmp", "-lmpfr"],
-        methods: &[("CGAL, jets 2, 2 rings", "2-2"), ("CGAL, jets 4, 3 rings", "4-3")],
-    },
-    Library {
-        name: "dgtal",
-        driver: ("dgtal_curvature.cpp", include_str!("dgtal_curvature.cpp")),
-        clone: "DGtal",
-        is_required: false,
-        headers: &["src"],
-        sources: &[],
-        flags: &[],
-        methods: &[("DGtal", "ball")],
-    },
-    Library {
-        name: "pmp",
-        driver: ("pmp_curvature.cpp", include_str!("pmp_curvature.cpp")),
-        clone: "pmp-library",
-        is_required: true,
-        headers: &["src"],
-        sources: &[
-            "src/pmp/surface_mesh.cpp",
-            "src/pmp/algorithms/curvature.cpp",
-            "src/pmp/algorithms/differential_geometry.cpp",
-            "src/pmp/algorithms/laplace.cpp",
-            "src/pmp/algorithms/normals.cpp",
-            "src/pmp/algorithms/numerics.cpp",
-        ],
-        flags: &["-DPMP_SCALAR_TYPE_64"],
-        methods: &[("pmp", "operators"), ("pmp, tensor", "tensor")],
-    },
-    Library {
-        name: "geometry-central",
-        driver: ("geometry_central_curvature.cpp", include_str!("geometry_central_curvature.cpp")),
-        clone: "geometry-central",
-        is_required: true,
-        headers: &["include", "deps/nanoflann/include"],
-        sources: &[
-            "src/surface/base_geometry_interface.cpp",
-            "src/surface/embedded_geometry_interface.cpp",
-            "src/surface/extrinsic_geometry_interface.cpp",
-            "src/surface/intrinsic_geometry_interface.cpp",
-            "src/surface/manifold_surface_mesh.cpp",
-            "src/surface/polygon_mesh_helpers.cpp",
-            "src/surface/surface_mesh.cpp",
-            "src/surface/vertex_position_geometry.cpp",
-            "src/utilities/disjoint_sets.cpp",
-            "src/utilities/elementary_geometry.cpp",
-            "src/utilities/utilities.cpp",
-        ],
-        flags: &[],
-        methods: &[("geometry-central", "angles")],
-    },
+/// Libraries, and their methods: names of programs in the tables, and arguments of the driver.
+const LIBRARIES: [(Library, &[(&str, &str)]); 5] = [
+    (
+        Library {
+            name: "cgal-corrected",
+            driver: CGAL,
+            clone: "cgal",
+            is_required: false,
+            headers: &["include"],
+            sources: &[],
+            flags: &["-DPEER_CORRECTED", "-lgmp", "-lmpfr"],
+        },
+        &[("CGAL, corrected", "ball"), ("CGAL, corrected, star", "star")],
+    ),
+    (
+        Library {
+            name: "cgal-jets",
+            driver: CGAL,
+            clone: "cgal",
+            is_required: false,
+            headers: &["include"],
+            sources: &[],
+            flags: &["-DPEER_JETS", "-lgmp", "-lmpfr"],
+        },
+        &[("CGAL, jets 2, 2 rings", "2-2"), ("CGAL, jets 4, 3 rings", "4-3")],
+    ),
+    (
+        Library {
+            name: "dgtal",
+            driver: include_str!("dgtal_curvature.cpp"),
+            clone: "DGtal",
+            is_required: false,
+            headers: &["src"],
+            sources: &[],
+            flags: &[],
+        },
+        &[("DGtal", "ball")],
+    ),
+    (
+        Library {
+            name: "pmp",
+            driver: include_str!("pmp_curvature.cpp"),
+            clone: "pmp-library",
+            is_required: true,
+            headers: &["src"],
+            sources: &[
+                "src/pmp/surface_mesh.cpp",
+                "src/pmp/algorithms/curvature.cpp",
+                "src/pmp/algorithms/differential_geometry.cpp",
+                "src/pmp/algorithms/laplace.cpp",
+                "src/pmp/algorithms/normals.cpp",
+                "src/pmp/algorithms/numerics.cpp",
+            ],
+            flags: &["-DPMP_SCALAR_TYPE_64"],
+        },
+        &[("pmp", "operators"), ("pmp, tensor", "tensor")],
+    ),
+    (
+        Library {
+            name: "geometry-central",
+            driver: include_str!("geometry_central_curvature.cpp"),
+            clone: "geometry-central",
+            is_required: true,
+            headers: &["include", "deps/nanoflann/include"],
+            sources: &[
+                "src/surface/base_geometry_interface.cpp",
+                "src/surface/embedded_geometry_interface.cpp",
+                "src/surface/extrinsic_geometry_interface.cpp",
+                "src/surface/intrinsic_geometry_interface.cpp",
+                "src/surface/manifold_surface_mesh.cpp",
+                "src/surface/polygon_mesh_helpers.cpp",
+                "src/surface/surface_mesh.cpp",
+                "src/surface/vertex_position_geometry.cpp",
+                "src/utilities/disjoint_sets.cpp",
+                "src/utilities/elementary_geometry.cpp",
+                "src/utilities/utilities.cpp",
+            ],
+            flags: &[],
+        },
+        &[("geometry-central", "angles")],
+    ),
 ];
 
 /// A program of the study.
@@ -164,9 +160,8 @@ impl Peers {
             process: None,
         };
         peers.find_packages()?;
-        for library in &LIBRARIES {
-            write(library.driver.0, library.driver.1)?;
-            peers.add_library(library, clones);
+        for (library, methods) in &LIBRARIES {
+            peers.add_library(library, methods, clones);
         }
         Ok(peers)
     }
@@ -188,57 +183,30 @@ impl Peers {
         Ok(())
     }
 
-    fn add_library(&mut self, library: &Library, clones: Option<&Path>) {
-        let found = self.compile(library, clones);
-        for &(name, method) in library.methods {
+    fn add_library(
+        &mut self,
+        library: &Library,
+        methods: &[(&str, &'static str)],
+        clones: Option<&Path>,
+    ) {
+        let headers = self.package_headers().map(|folder| vec![folder]);
+        let found = headers.and_then(|headers| library.compile(&self.folder, clones, &headers));
+        for &(name, method) in methods {
             let name = name.to_owned();
             match &found {
                 Ok((program, version)) => {
                     let compiled = Some((program.clone(), method));
-                    self.programs.push(Program { name, version: version.clone(), compiled });
+                    self.programs.push(Program {
+                        name,
+                        version: format!("{} {version}", library.clone),
+                        compiled,
+                    });
                 }
                 Err(reason) => {
                     self.missing.push(Missing { name, reason: reason.clone() });
                 }
             }
         }
-    }
-
-    /// The compiled program and the version of its library, or the reason why there is none.
-    fn compile(
-        &self,
-        library: &Library,
-        clones: Option<&Path>,
-    ) -> Result<(PathBuf, String), String> {
-        let program = self.folder.join(library.name);
-        let clone = clones.map(|clones| clones.join(library.clone)).filter(|clone| clone.exists());
-        if !program.exists() {
-            if library.is_required && clone.is_none() {
-                return Err(format!(
-                    "it has no package; give a folder with a clone `{}` with `--clones`",
-                    library.clone
-                ));
-            }
-            let mut compiler = Command::new("c++");
-            compiler.args(["-O2", "-DNDEBUG", "-std=c++20", "-w", "-I"]).arg(&self.folder);
-            if let Some(clone) = &clone {
-                for headers in library.headers {
-                    compiler.arg("-I").arg(clone.join(headers));
-                }
-                compiler.args(library.sources.iter().map(|source| clone.join(source)));
-                compiler.arg(format!("-DPEER_VERSION=\"{}\"", commit(clone)));
-            }
-            compiler.arg("-I").arg(self.package_headers()?).arg("-I/usr/include/eigen3");
-            compiler.arg(self.folder.join(library.driver.0)).arg("-o").arg(&program);
-            compiler.args(library.flags);
-            command_output(&mut compiler).map_err(|_| {
-                let what = library.clone;
-                format!("its driver does not compile here: it needs a C++ 20 compiler, Eigen and headers of {what}")
-            })?;
-        }
-        let version = command_output(Command::new(&program).arg("--version"))?;
-        let version = format!("{} {}", library.clone, String::from_utf8_lossy(&version).trim());
-        Ok((program, version))
     }
 
     /// The folder of headers that come with Python packages.
@@ -316,15 +284,6 @@ fn on_one_thread(command: &mut Command) -> &mut Command {
         .env("OMP_NUM_THREADS", "1")
         .env("OPENBLAS_NUM_THREADS", "1")
         .env("VTK_SMP_MAX_THREADS", "1")
-}
-
-/// The commit of a clone, or `unknown`.
-fn commit(clone: &Path) -> String {
-    let mut git = Command::new("git");
-    git.arg("-C").arg(clone).args(["rev-parse", "--short=12", "HEAD"]);
-    let found = command_output(&mut git).unwrap_or_default();
-    let found = String::from_utf8_lossy(&found).trim().to_owned();
-    if found.is_empty() { "unknown".to_owned() } else { found }
 }
 
 /// The numbers of a raw array.

@@ -11,7 +11,7 @@ import open3d as o3d
 
 from simplify import read
 
-SAMPLES = 300_000
+SAMPLES = 100_000
 
 
 def corner_normals(vertices, triangles):

@@ -10,6 +10,7 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use simplify::{ErrorCheck, Options, Preset, simplify};
 
+use super::drivers::Driver;
 use super::raw::RawMesh;
 use super::tool::Tool;
 use crate::memory;
@@ -145,10 +146,9 @@ pub(crate) fn run(options: &PeerJob) -> Result<(), Failure> {
         "faces" => Stop::Faces(options.value as usize),
         _ => Stop::Error(options.value),
     };
-    let done = if options.tool == Tool::Meshopt.to_string() {
-        meshoptimizer(&input, stop, options)?
-    } else {
-        preset(&input, stop, options)?
+    let done = match Driver::of_name(&options.tool) {
+        Some(_) => meshoptimizer(&input, stop, options)?,
+        None => preset(&input, stop, options)?,
     };
     println!("{done}");
     Ok(())
@@ -213,9 +213,31 @@ fn meshoptimizer(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Fai
     let vertices = VertexDataAdapter::new(typed_to_bytes(&positions), 12, 0)
         .map_err(|e| Failure::Usage(e.to_string()))?;
     let indices = input.triangles.as_flattened();
+    let flags = match run.tool.as_str() {
+        "meshoptimizer-permissive" => SimplifyOptions::Permissive,
+        _ => SimplifyOptions::None,
+    };
+    // The weight of normals that the documentation of the library has.
+    const WEIGHT: f32 = 0.5;
+    let normals = (run.tool == "meshoptimizer-normals").then(|| input.vertex_normals());
+    let unlocked = vec![false; positions.len()];
+    let (count, limit) = (3 * faces, f32::MAX);
     let (result, cost) = least(run.repeats, || {
-        let options = SimplifyOptions::None;
-        Ok(meshopt::simplify(indices, &vertices, 3 * faces, f32::MAX, options, None))
+        Ok(match &normals {
+            None => meshopt::simplify(indices, &vertices, count, limit, flags, None),
+            Some(normals) => meshopt::simplify_with_attributes_and_locks(
+                indices,
+                &vertices,
+                normals.as_flattened(),
+                &[WEIGHT; 3],
+                size_of::<[f32; 3]>(),
+                &unlocked,
+                count,
+                limit,
+                flags,
+                None,
+            ),
+        })
     })?;
     let triangles: Vec<[u32; 3]> = result.as_chunks().0.to_vec();
     let faces = triangles.len();

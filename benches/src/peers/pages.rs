@@ -1,7 +1,7 @@
 //! Tables in pages, between marker comments, written from a record.
 //!
 //! A block starts with `<!-- peers: KIND -->` or `<!-- peers: KIND, ratios to TOOL -->` and ends with
-//! `<!-- peers: end -->`. The kinds are `full`, `short`, `distances`, `validity`, `compare` and `worst`.
+//! `<!-- peers: end -->`. The kinds are `full`, `short`, `distances`, `validity`, `compare`, `worst`, `wins` and `tools`.
 //! For `worst` the tool is the one whose worst cells are listed.
 
 use super::record::Record;
@@ -46,8 +46,10 @@ fn block(marker: &str, rows: &[Record]) -> Result<String, Failure> {
         "validity" => Ok(table::validity(rows)),
         "compare" => Ok(table::compare(rows, base)),
         "worst" => Ok(table::worst(rows, base)),
+        "wins" => Ok(table::wins(rows)),
+        "tools" => Ok(table::tools(rows)),
         _ => Err(Failure::Usage(format!(
-            "there is no table `{kind}`; there are full, short, distances, validity, compare and worst"
+            "there is no table `{kind}`; there are full, short, distances, validity, compare, worst, wins and tools"
         ))),
     }
 }

@@ -37,6 +37,18 @@ impl RawMesh {
         Ok(build(&soup.map_err(Failure::mesh)?, &Repair::lenient()).map_err(Failure::mesh)?.mesh)
     }
 
+    /// Unit normals of the vertices: means of the normals of their faces, weighted by area.
+    #[cfg(feature = "meshopt")]
+    pub(super) fn vertex_normals(&self) -> Vec<[f32; 3]> {
+        let mut sums = vec![DVec3::ZERO; self.vertices.len()];
+        for triangle in &self.triangles {
+            let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
+            let normal = (b - a).cross(c - a);
+            triangle.iter().for_each(|&v| sums[v as usize] += normal);
+        }
+        sums.iter().map(|sum| sum.normalize_or_zero().as_vec3().to_array()).collect()
+    }
+
     pub(super) fn write(&self, path: &Path) -> Result<(), Failure> {
         let counts = [self.vertices.len(), self.triangles.len()].map(|n| n as u64);
         let mut bytes =

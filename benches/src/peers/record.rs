@@ -122,6 +122,11 @@ impl Record {
         self.outcome.is_some_and(has)
     }
 
+    /// Whether it is the run of a tool on a file to a target.
+    pub(super) fn is_run(&self, sha256: &str, target: &str, name: &str) -> bool {
+        self.sha256 == sha256 && self.target == target && self.name == name
+    }
+
     /// Whether it is a preset of ours.
     pub(super) fn is_ours(&self) -> bool {
         self.tool == "curvmesh"
@@ -251,6 +256,18 @@ pub(super) mod tests {
         let lines = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, format!("{lines}{{}}\n")).unwrap();
         assert!(read(&path).unwrap_err().to_string().contains("line 3"));
+    }
+
+    /// So that a record can be continued.
+    #[test]
+    fn a_run_is_of_a_tool_on_a_file_to_a_target() {
+        let row = record("fast", 100, 1.0, 1.0);
+        assert!(row.is_run("00", "10 %", "fast"));
+        for (sha256, target, name) in
+            [("01", "10 %", "fast"), ("00", "2 %", "fast"), ("00", "10 %", "draft")]
+        {
+            assert!(!row.is_run(sha256, target, name), "{sha256} {target} {name}");
+        }
     }
 
     #[test]

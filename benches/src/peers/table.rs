@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::drivers::{ABSENT, DRIVERS, Driver};
 use super::record::{Outcome, Record};
 
 /// A column of a table of ratios.
@@ -137,15 +138,55 @@ pub(super) fn compare(rows: &[Record], base: &str) -> String {
     text
 }
 
+/// The other programs with method and version; those that are not in the record, with the reason.
+pub(super) fn tools(rows: &[Record]) -> String {
+    let mut text = String::from("| program | method | version |\n|---|---|---|\n");
+    for Driver { name, title, method, .. } in &DRIVERS {
+        let row = rows.iter().find(|row| row.name == *name);
+        let version = row.map_or("not in this record", |row| row.version.as_deref().unwrap_or("–"));
+        let _ = writeln!(text, "| {title} | {method} | {version} |");
+    }
+    for (name, reason) in ABSENT {
+        let _ = writeln!(text, "| {name} | – | not had: {reason} |");
+    }
+    text
+}
+
+/// In how many cells a tool is lower than each other program that is not ours, by the mean distance and by the largest.
+pub(super) fn wins(rows: &[Record]) -> String {
+    let mut text = String::from("| | cells | lowest mean | lowest largest |\n|---|---|---|---|\n");
+    for name in distinct(rows, |row| &*row.name) {
+        let own = rows.iter().filter(|row| row.name == name);
+        let cells = own.clone().count();
+        let share = |index: usize| {
+            let is_lowest = |row: &&Record| {
+                let other = lowest_of_others(rows, row, index);
+                let pair = row.values().zip(other);
+                row.is_comparable() && pair.is_some_and(|(own, (value, _))| own[index] <= value)
+            };
+            let count = own.clone().filter(is_lowest).count();
+            format!("{:.0} %", 100.0 * count as f64 / cells as f64)
+        };
+        let _ = writeln!(text, "| {} | {cells} | {} | {} |", label(rows, name), share(1), share(3));
+    }
+    text
+}
+
+/// The lowest value of the other programs that are not ours, in the cell of a row, and the name of the program.
+fn lowest_of_others(rows: &[Record], own: &Record, index: usize) -> Option<(f64, String)> {
+    let others = rows.iter().filter(|row| !row.is_ours() && row.is_comparable());
+    let others = others.filter(|row| row.name != own.name);
+    let others = others.filter(|row| (&row.mesh, &row.target) == (&own.mesh, &own.target));
+    let values = others.filter_map(|row| Some((row.values()?[index], label(rows, &row.name))));
+    values.min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
 /// The cells in which a tool of ours is worst: its mean distance and its largest one over the lowest of the other
 /// programs. The larger of the two ratios counts.
 pub(super) fn worst(rows: &[Record], name: &str) -> String {
     const CELLS: usize = 10;
     let best = |own: &Record, index: usize| {
-        let others = rows.iter().filter(|row| !row.is_ours() && row.is_comparable());
-        let others = others.filter(|row| (&row.mesh, &row.target) == (&own.mesh, &own.target));
-        let values = others.filter_map(|row| Some((row.values()?[index], label(rows, &row.name))));
-        let (value, by) = values.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (value, by) = lowest_of_others(rows, own, index)?;
         Some((own.values()?[index].max(1e-12) / value.max(1e-12), by))
     };
     let own = rows.iter().filter(|row| row.name == name && row.is_comparable());
@@ -299,17 +340,7 @@ fn label(rows: &[Record], name: &str) -> String {
     if rows.iter().any(|row| row.name == name && row.is_ours()) {
         return format!("`{name}`");
     }
-    match name {
-        "cgal-lt" => "CGAL Lindstrom-Turk",
-        "cgal-gh" => "CGAL Garland-Heckbert",
-        "meshlab" => "MeshLab",
-        "meshlib" => "MeshLib",
-        "open3d" => "Open3D",
-        "vtk-quadric" => "VTK, quadric",
-        "vtk-pro" => "VTK, decimate pro",
-        other => other,
-    }
-    .to_owned()
+    Driver::of_name(name).map_or(name, |driver| driver.title).to_owned()
 }
 
 #[cfg(test)]
@@ -370,6 +401,42 @@ mod tests {
                 "| `a` | 10 % | 0.50 | MeshLab | 0.50 | MeshLab |",
             ]
         );
+    }
+
+    #[test]
+    fn wins_are_over_all_programs_that_are_not_ours() {
+        let cell = |mesh: &str, name: &str, mean: f64| Record {
+            mesh: mesh.into(),
+            ..record(name, 100, 1.0, mean)
+        };
+        let rows = [
+            cell("a", "default", 2.0),
+            cell("a", "meshlab", 4.0),
+            cell("a", "open3d", 8.0),
+            cell("b", "default", 3.0),
+            cell("b", "fast", 1.0),
+            cell("b", "meshlab", 4.0),
+            cell("b", "open3d", 2.0),
+        ];
+        let text = wins(&rows);
+        let lines: Vec<&str> = text.lines().skip(2).collect();
+        assert_eq!(
+            lines,
+            [
+                "| `default` | 2 | 50 % | 50 % |",
+                "| MeshLab | 2 | 50 % | 50 % |",
+                "| Open3D | 2 | 50 % | 50 % |",
+                "| `fast` | 1 | 100 % | 100 % |",
+            ]
+        );
+    }
+
+    #[test]
+    fn what_is_not_in_the_record_is_said() {
+        let text = tools(&[record("meshlab", 100, 1.0, 3.0)]);
+        assert!(text.contains("| MeshLab | default | 1.0 |"), "{text}");
+        assert!(text.contains("| Open3D | default | not in this record |"), "{text}");
+        assert!(text.contains("| trimesh | – | not had: it calls fast-simplification |"), "{text}");
     }
 
     #[test]

@@ -1,10 +1,14 @@
-"""One run of a Python package on a raw mesh: PACKAGE faces|error VALUE THREADS REPEATS INPUT OUTPUT.
+"""Runs of a Python package on raw meshes: PACKAGE. A request is a line with tabs: faces|error VALUE THREADS REPEATS INPUT
+OUTPUT.
 
-Prints the minimum time of the calls in seconds, the faces of the result, the bytes that the
-process used beyond the input, and the minimum time that cores worked for a call. A function gets arrays and returns two functions: one to be timed,
-and one that converts its result to arrays, so that conversions do not count.
+The package is imported once; each request has a process of its own, which is forked. The answer is the minimum time of the
+calls in seconds, the faces of the result, the bytes that the process used beyond the input, and the minimum time that cores
+worked for a call; or `failed: ` and the reason. A function gets arrays and returns two functions: one to be timed, and one
+that converts its result to arrays, so that conversions do not count.
 """
 
+import importlib
+import os
 import sys
 import time
 
@@ -176,16 +180,75 @@ def libigl(vertices, triangles, kind, value, threads):
     return lambda: igl.qslim(points, faces, int(value)), lambda result: result[:2]
 
 
+def gpytoolbox(vertices, triangles, kind, value, threads):
+    import gpytoolbox
+
+    faces = triangles.astype(np.int32)
+    return lambda: gpytoolbox.decimate(vertices, faces, num_faces=int(value)), lambda result: result[:2]
+
+
+def trueform(vertices, triangles, kind, value, threads):
+    import trueform
+
+    faces, share = triangles.astype(np.int32), value / len(triangles)
+    return (
+        # The boundary stays whole by default, and then the number of faces is out of reach for open meshes.
+        lambda: trueform.decimated((faces, vertices), share, preserve_boundary=False, parallel=threads > 1),
+        lambda result: (result[1], result[0]),
+    )
+
+
+def zmesh(vertices, triangles, kind, value, threads):
+    import zmesh
+
+    mesher = zmesh.Mesher((1, 1, 1))
+    # It counts in units of voxels, and cannot represent more than 2^20 of them.
+    scale = 1 << 18
+    mesh = zmesh.Mesh((vertices * scale).astype(np.float32), triangles, None)
+    settings = dict(reduction_factor=len(triangles) / value, max_error=scale, min_error=0)
+    return lambda: mesher.simplify(mesh, **settings), lambda mesh: (mesh.vertices / scale, mesh.faces)
+
+
+def blender(vertices, triangles, kind, value, threads):
+    import bpy
+
+    mesh = bpy.data.meshes.new("mesh")
+    mesh.from_pydata(vertices.tolist(), [], triangles.tolist())
+    thing = bpy.data.objects.new("mesh", mesh)
+    bpy.context.scene.collection.objects.link(thing)
+    modifier = thing.modifiers.new("decimate", "DECIMATE")
+    modifier.ratio = value / len(triangles)
+    modifier.use_collapse_triangulate = True
+
+    def work():
+        return thing.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+
+    def arrays(result):
+        result.calc_loop_triangles()
+        points = np.empty(3 * len(result.vertices), np.float32)
+        corners = np.empty(3 * len(result.loop_triangles), np.int32)
+        result.vertices.foreach_get("co", points)
+        result.loop_triangles.foreach_get("vertices", corners)
+        return points.reshape(-1, 3), corners.reshape(-1, 3)
+
+    return work, arrays
+
+
+# Functions with the modules that they import.
 PACKAGES = {
-    "meshlab": meshlab,
-    "fast-simplification": fast_simplification,
-    "meshlib": meshlib,
-    "open3d": open3d,
-    "manifold": manifold,
-    "pyfqmr": pyfqmr,
-    "vtk-quadric": vtk_quadric,
-    "vtk-pro": vtk_pro,
-    "libigl": libigl,
+    "meshlab": (meshlab, ["pymeshlab"]),
+    "fast-simplification": (fast_simplification, ["fast_simplification"]),
+    "meshlib": (meshlib, ["meshlib.mrmeshnumpy", "meshlib.mrmeshpy"]),
+    "open3d": (open3d, ["open3d"]),
+    "manifold": (manifold, ["manifold3d"]),
+    "pyfqmr": (pyfqmr, ["pyfqmr"]),
+    "vtk-quadric": (vtk_quadric, ["vtkmodules.util.numpy_support", "vtkmodules.vtkFiltersCore"]),
+    "vtk-pro": (vtk_pro, ["vtkmodules.util.numpy_support", "vtkmodules.vtkFiltersCore"]),
+    "libigl": (libigl, ["igl"]),
+    "gpytoolbox": (gpytoolbox, ["gpytoolbox"]),
+    "trueform": (trueform, ["trueform"]),
+    "zmesh": (zmesh, ["zmesh"]),
+    "blender": (blender, ["bpy"]),
 }
 
 
@@ -196,16 +259,11 @@ def memory(field):
                 return 1024 * int(line.split()[1])
 
 
-def main():
-    package, kind, value, threads, repeats, source, target = sys.argv[1:]
+def run(prepare, kind, value, threads, repeats, source, target):
     mesh = read(source)
     least, least_cpu, total, peak = float("inf"), float("inf"), 0.0, "-"
     for count in range(int(repeats)):
-        try:
-            work, arrays = PACKAGES[package](*mesh, kind, float(value), int(threads))
-        except ImportError as error:
-            # It is installed, so a library that it links to is missing.
-            sys.exit(f"{package} cannot start: {error}; install that, or leave it out with --tools")
+        work, arrays = prepare(*mesh, kind, float(value), int(threads))
         before = None
         if count == 0:
             try:
@@ -224,7 +282,45 @@ def main():
             break
     vertices, triangles = arrays(result)
     write(target, vertices, triangles)
-    print(least, len(triangles), peak, least_cpu)
+    return f"{least} {len(triangles)} {peak} {least_cpu}"
+
+
+def answer(prepare, request):
+    try:
+        return run(prepare, *request.rstrip("\n").split("\t"))
+    except (Exception, SystemExit) as error:
+        return "failed: " + " ".join(str(error).split())
+
+
+def forked(prepare, request):
+    """The answer of a copy of this process, which may crash."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.write(writing, answer(prepare, request).encode()[:4000])
+        os._exit(0)
+    os.close(writing)
+    with open(reading, "rb") as pipe:
+        text = pipe.read().decode()
+    _, status = os.waitpid(child, 0)
+    return text or f"failed: it crashed with status {status}"
+
+
+def main():
+    prepare, modules = PACKAGES[sys.argv[1]]
+    # Libraries print, too.
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    why = None
+    for module in modules:
+        try:
+            importlib.import_module(module)
+        except ImportError as error:
+            # It is installed, so a library that it links to is missing.
+            why = f"failed: it cannot start: {error}; install that, or leave it out with --tools"
+    act = forked if hasattr(os, "fork") else answer
+    for request in sys.stdin:
+        print(why or act(prepare, request), file=answers, flush=True)
 
 
 if __name__ == "__main__":
