@@ -228,15 +228,27 @@ mod tests {
 
     #[test]
     fn the_list_is_complete() {
-        const CLASSES: [&str; 7] =
-            ["scan", "figure", "CAD", "object", "terrain", "generated", "broken"];
+        const CLASSES: [&str; 10] = [
+            "scan",
+            "figure",
+            "CAD",
+            "object",
+            "terrain",
+            "building",
+            "textured",
+            "medical",
+            "generated",
+            "broken",
+        ];
         let List { mesh: meshes } = toml::from_str(LIST).unwrap();
-        assert!(meshes.len() > 30);
+        assert!(meshes.len() >= 100);
         assert_eq!(class(&meshes[0].sha256).unwrap().as_ref(), Some(&meshes[0].class));
         assert_eq!(class("00").unwrap(), None);
         for (index, mesh) in meshes.iter().enumerate() {
             assert_eq!((mesh.commit.len(), mesh.sha256.len()), (40, 64), "{}", mesh.name);
-            assert!(!mesh.licence.is_empty() && !mesh.kind.is_empty(), "{}", mesh.name);
+            assert!(mesh.repository.starts_with("https://"), "{}", mesh.name);
+            let texts = [&mesh.path, &mesh.licence, &mesh.kind];
+            assert!(texts.iter().all(|text| !text.is_empty()), "{}", mesh.name);
             assert!(CLASSES.contains(&&*mesh.class), "{}: {}", mesh.name, mesh.class);
             assert!(meshes[..index].iter().all(|other| other.name != mesh.name), "{}", mesh.name);
         }

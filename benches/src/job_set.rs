@@ -63,9 +63,11 @@ mod tests {
     }
 
     #[test]
-    fn anyone_can_have_the_meshes_of_the_full_set() {
-        for mesh in JobSet::of_name("full").unwrap().meshes {
-            assert!(crate::fetch::has(&mesh).unwrap(), "{mesh}");
+    fn anyone_can_have_the_meshes_of_all_sets() {
+        for (name, set) in JobSet::all().unwrap() {
+            for mesh in set.meshes {
+                assert!(crate::fetch::has(&mesh).unwrap(), "{name}: {mesh}");
+            }
         }
     }
 }
