@@ -109,6 +109,7 @@ fn line(row: &Record, folder: &Path) -> Value {
     let view = views::path(row);
     let view = folder.join(&view).is_file().then_some(view);
     let outcome = row.outcome.as_ref();
+    let value = |index: usize| row.values().map(|values| values[index]);
     let failure = outcome.is_none().then(|| row.failure.as_deref().unwrap_or("it failed"));
     json!({
         "tool": row.name, "mesh": row.mesh, "class": row.class, "target": row.target,
@@ -116,8 +117,7 @@ fn line(row: &Record, folder: &Path) -> Value {
         "failure": failure, "view": view,
         "time": row.time(), "bytes": row.bytes_per_face(),
         "faces": outcome.map(|o| o.faces),
-        "mean": outcome.map(|o| o.errors.mean), "rms": outcome.map(|o| o.errors.rms),
-        "max": outcome.map(|o| o.errors.max), "normals": outcome.map(|o| o.errors.normals),
+        "mean": value(1), "rms": value(2), "max": value(3), "normals": outcome.map(|o| o.errors.normals),
         "area": outcome.map(|o| o.validity.area), "volume": outcome.and_then(|o| o.validity.volume),
         "defects": outcome.map(|o| o.validity.new_defects().map(|(_, count)| count)),
     })

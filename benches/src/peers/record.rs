@@ -94,6 +94,10 @@ const LEEWAY: f64 = 0.02;
 /// Results whose face counts differ by more have missed the number of faces.
 const MISSED: f64 = 0.01;
 
+/// Distances below this share of the diagonal count as equal: inputs are rounded to single precision, and Open3D measures
+/// in it.
+const RESOLUTION: f64 = 1e-6;
+
 impl Record {
     /// Whether the number of faces differs from the number that was asked for by no more than a limit.
     fn is_within(&self, limit: impl Fn(f64) -> f64) -> bool {
@@ -147,6 +151,7 @@ impl Record {
     pub(super) fn values(&self) -> Option<[f64; 6]> {
         let Outcome { faces, errors, .. } = self.outcome?;
         let Errors { mean, rms, max, normals } = errors;
+        let [mean, rms, max] = [mean, rms, max].map(|distance| distance.max(RESOLUTION));
         Some([self.time()?, mean, rms, max, normals, faces as f64])
     }
 
@@ -278,6 +283,13 @@ pub(super) mod tests {
         assert_eq!(job.time(), Some(0.25));
         job.threads = 2;
         assert_eq!(job.time(), Some(0.5));
+    }
+
+    #[test]
+    fn distances_below_the_resolution_are_equal() {
+        let [a, b] = [1e-9, 1e-8].map(|mean| record("fast", 100, 0.5, mean).values());
+        assert_eq!(a, b);
+        assert_ne!(a, record("fast", 100, 0.5, 1e-5).values());
     }
 
     #[test]

@@ -9,12 +9,15 @@ that converts its result to arrays, so that conversions do not count.
 
 import importlib
 import os
+import signal
 import sys
 import time
 
 import numpy as np
 
 ENOUGH = 10.0
+# A process that has used more seconds of a core is stopped.
+LIMIT = 30
 
 
 def read(path):
@@ -297,13 +300,20 @@ def forked(prepare, request):
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT))
         os.write(writing, answer(prepare, request).encode()[:4000])
         os._exit(0)
     os.close(writing)
     with open(reading, "rb") as pipe:
         text = pipe.read().decode()
     _, status = os.waitpid(child, 0)
-    return text or f"failed: it crashed with status {status}"
+    if text:
+        return text
+    if os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGKILL, signal.SIGXCPU):
+        return f"failed: it was stopped after {LIMIT} s of a core"
+    return f"failed: it crashed with status {status}"
 
 
 def main():
