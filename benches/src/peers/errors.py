@@ -62,12 +62,13 @@ def largest(points, distances, vertices, triangles):
     """The largest of the distances. They are computed in single precision, and too large by up to 1e-4 at single points
     near needles. Therefore the largest ones are computed again, until no other one can be larger."""
     corners = vertices[triangles].transpose(1, 0, 2)
+    order = np.argsort(distances)[::-1]
     found = 0.0
-    for index in np.argsort(distances)[: -CHECKS - 1 : -1]:
+    for index in order[:CHECKS]:
         if distances[index] <= 1.001 * found + 1e-6:
             return found
         found = max(found, exact(points[index], corners))
-    return float(distances.max())
+    return max(found, distances[order[CHECKS]])
 
 
 def one_way(points, normals, mesh, surface):
