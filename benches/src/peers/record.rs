@@ -94,8 +94,8 @@ const LEEWAY: f64 = 0.02;
 /// Results whose face counts differ by more have missed the number of faces.
 const MISSED: f64 = 0.01;
 
-/// Distances below this share of the diagonal count as equal: inputs are rounded to single precision, and Open3D measures
-/// in it.
+/// Distances below this share of the diagonal count as equal: inputs are rounded to single precision, in which `Open3D`
+/// measures.
 const RESOLUTION: f64 = 1e-6;
 
 impl Record {
