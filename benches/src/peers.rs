@@ -18,7 +18,6 @@ mod errors;
 mod html;
 mod job;
 mod pages;
-mod raw;
 mod record;
 mod table;
 mod tool;
@@ -27,17 +26,19 @@ mod views;
 
 use std::path::{Path, PathBuf};
 
-use mesh_core::BoundingBox;
 use mesh_metric::Surface;
 use sha2::{Digest, Sha256};
 
 use crate::job_set::JobSet;
+use crate::json_lines;
+use crate::machine::{self, Machine};
+use crate::raw_mesh::RawMesh;
+use crate::timing::Cost;
 use environment::Environment;
 use errors::Meter;
-use job::{Cost, Done, Job, Stop, Target};
+use job::{Done, Job, Stop, Target};
 pub(crate) use job::{PeerJob, run as run_job};
-use raw::RawMesh;
-use record::{Machine, Outcome, Record};
+use record::{Outcome, Record};
 use tool::Tool;
 use validity::Judge;
 use xtask_common::{Failure, progress_bar};
@@ -105,7 +106,7 @@ const PAGES: [&str; 3] = ["docs/results/peers.md", "README.md", "COMPARE.md"];
 /// Runs every tool on every mesh, and prints the tables; or makes them from a record.
 pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     if let Some(path) = &options.from {
-        let rows = record::read(path)?;
+        let rows = json_lines::read(path)?;
         return match &options.html {
             Some(page) => write_html(&rows, page),
             None => write_pages(&rows, &options.pages),
@@ -138,7 +139,9 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
         let bytes = std::fs::read(&path).map_err(Failure::reading(&path))?;
         let sha256 = format!("{:x}", Sha256::digest(&bytes));
         let class = crate::fetch::class(&sha256)?;
-        let raw = unit_mesh(&path)?;
+        let raw = RawMesh::from_file(&path)?
+            .with_unit_diagonal()
+            .ok_or_else(|| Failure::Usage(format!("{} has no extent", path.display())))?;
         let input = out.join("input.raw");
         raw.write(&input)?;
         let mesh = raw.to_mesh()?;
@@ -162,7 +165,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                     input: input.clone(),
                     output: out.join("output.raw"),
                 };
-                let load = record::load();
+                let load = machine::load();
                 let outcome = outcome(&environment, &judge, &mut meter, &job);
                 let [program, preset] = tool.program_and_preset();
                 let row = Record {
@@ -196,7 +199,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
             }
         }
         // A run takes long: intermediate results are saved in case it is aborted.
-        record::write(&rows, &file)?;
+        json_lines::write(&rows, &file)?;
     }
     bar.finish_and_clear();
     let text = table::report(&rows, &base.to_string());
@@ -319,17 +322,4 @@ fn base(options: &Peers, tools: &[Tool]) -> Result<Tool, Failure> {
         None => table::USUAL_BASES.into_iter().find_map(find).or_else(|| tools.first().cloned()),
     };
     found.ok_or_else(|| Failure::Usage("the base is none of the tools that are there".into()))
-}
-
-/// A mesh around the origin with a diagonal of one: some of the tools compute in single precision.
-fn unit_mesh(path: &Path) -> Result<RawMesh, Failure> {
-    let mut mesh = RawMesh::from_file(path)?;
-    let bounds = BoundingBox::of_points(mesh.vertices.iter().copied())
-        .filter(|bounds| bounds.diagonal() > 0.0)
-        .ok_or_else(|| Failure::Usage(format!("{} has no extent", path.display())))?;
-    let (center, diagonal) = (bounds.center(), bounds.diagonal());
-    for vertex in &mut mesh.vertices {
-        *vertex = ((*vertex - center) / diagonal).as_vec3().as_dvec3();
-    }
-    Ok(mesh)
 }

@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::drivers::{DRIVERS, Driver, Runs};
-use super::job::{Cost, Done, Job, Stop};
-use super::raw::RawMesh;
+use super::job::{Done, Job, Stop};
 use super::tool::Tool;
-use crate::command_output::command_output;
+use crate::command_output::{on_cores, succeed};
 use crate::process::Process;
+use crate::raw_mesh::RawMesh;
+use crate::timing::Cost;
 use xtask_common::{Failure, VirtualEnvironment};
 
 /// The files that are written to the folder and run or included there.
@@ -194,7 +195,7 @@ impl Environment {
                 (program, script)
             }
         };
-        let mut command = self.on_cores(job.threads, &program);
+        let mut command = on_cores(job.threads, &program, &self.folder);
         command.args(script).arg(job.tool.to_string());
         let [kind, value] = job.target.arguments();
         let [threads, repeats] = [job.threads, job.repeats].map(|number| number.to_string());
@@ -236,7 +237,7 @@ impl Environment {
         let mut seconds = f64::INFINITY;
         let mut faces = 0;
         for _ in 0..job.repeats {
-            let mut command = self.on_cores(job.threads, program);
+            let mut command = on_cores(job.threads, program, &self.folder);
             command.arg("simplify").arg(&input).arg("-o").arg(&output);
             match job.target {
                 Stop::Faces(faces) => drop(command.arg("--faces").arg(faces.to_string())),
@@ -256,20 +257,6 @@ impl Environment {
         Ok(Done { faces, cost: Cost { seconds, cpu: None, peak: None } })
     }
 
-    /// A command that is restricted to some cores, if the system supports it.
-    fn on_cores(&self, threads: usize, program: &Path) -> Command {
-        let has_taskset = succeed(Command::new("taskset").arg("--version")).is_ok();
-        let mut command = if has_taskset {
-            let mut command = Command::new("taskset");
-            command.args(["-c", &format!("0-{}", threads.max(1) - 1)]).arg(program);
-            command
-        } else {
-            Command::new(program)
-        };
-        command.env("OMP_NUM_THREADS", threads.to_string()).current_dir(&self.folder);
-        command
-    }
-
     /// A command that runs a script of the folder.
     pub(super) fn script(&self, name: &str, arguments: &[&OsStr]) -> Command {
         let mut command = self.python.python();
@@ -284,11 +271,6 @@ fn locked_version(lock: &str, name: &str) -> Option<String> {
     let mut lines = lock.lines().skip_while(|line| *line != heading);
     let version = lines.nth(1)?.strip_prefix("version = \"")?.strip_suffix('"')?;
     Some(version.to_owned())
-}
-
-/// The text that a command prints, or the last line of its error messages.
-fn succeed(command: &mut Command) -> Result<String, String> {
-    Ok(String::from_utf8_lossy(&command_output(command)?).into_owned())
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::record::Record;
 use super::{table, views};
+use crate::figures::distinct;
 use xtask_common::Failure;
 
 const STYLE: &str = include_str!("page/page.css");
@@ -72,8 +73,8 @@ pub(super) fn page(rows: &[Record], folder: &Path) -> Result<String, Failure> {
 
 /// What holds for all rows, in a sentence each.
 fn facts(rows: &[Record]) -> String {
-    let machines = table::distinct(rows, |row| row.machine.to_string());
-    let threads = table::distinct(rows, |row| row.threads.to_string());
+    let machines = distinct(rows, |row| row.machine.to_string());
+    let threads = distinct(rows, |row| row.threads.to_string());
     let load = rows.iter().filter_map(|row| row.load).fold(0.0, f64::max);
     let is_cpu = rows.iter().any(Record::is_told_by_cores);
     let mut text = format!("{}. Threads: {}.", machines.join("; "), threads.join(", "));
@@ -86,7 +87,7 @@ fn facts(rows: &[Record]) -> String {
 }
 
 fn data(rows: &[Record], folder: &Path) -> Value {
-    let names = table::distinct(rows, |row| row.name.clone());
+    let names = distinct(rows, |row| row.name.clone());
     let first = |name: &String| rows.iter().find(|row| row.name == *name);
     let tools = names
         .iter()

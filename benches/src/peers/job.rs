@@ -5,15 +5,13 @@
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
-use std::time::Instant;
 
-use cpu_time::ProcessTime;
 use simplify::{ErrorCheck, Options, Preset, simplify};
 
 use super::drivers::Driver;
-use super::raw::RawMesh;
 use super::tool::Tool;
-use crate::memory;
+use crate::raw_mesh::RawMesh;
+use crate::timing::{Cost, least};
 use xtask_common::Failure;
 
 /// The target of a simplification, for any mesh.
@@ -50,20 +48,6 @@ pub(super) struct Done {
     pub(super) faces: usize,
     pub(super) cost: Cost,
 }
-
-/// Time and memory of a job.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Cost {
-    /// The minimum over the runs.
-    pub(super) seconds: f64,
-    /// The time that cores worked for it, the minimum over the runs, if the system reports it.
-    pub(super) cpu: Option<f64>,
-    /// Peak memory beyond the memory in use after reading the input, if the system reports it.
-    pub(super) peak: Option<u64>,
-}
-
-/// No further runs after this total time in seconds.
-const ENOUGH: f64 = 10.0;
 
 impl Target {
     pub(super) fn of(self, mesh: &RawMesh) -> Stop {
@@ -173,35 +157,6 @@ fn preset(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Failure> {
     Ok(Done { faces: mesh.topology().face_count(), cost })
 }
 
-/// The last result of several runs, their minimum times, and the memory of the first one.
-fn least<T>(
-    repeats: usize,
-    mut compute: impl FnMut() -> Result<T, Failure>,
-) -> Result<(T, Cost), Failure> {
-    let mut least = Cost { seconds: f64::INFINITY, cpu: None, peak: None };
-    let mut sum = 0.0;
-    let mut count = 0;
-    loop {
-        let before = memory::start();
-        let worked = ProcessTime::try_now();
-        let start = Instant::now();
-        let result = compute()?;
-        let seconds = start.elapsed().as_secs_f64();
-        let cpu = worked.and_then(|worked| worked.try_elapsed()).ok();
-        let cpu = cpu.map(|cpu| cpu.as_secs_f64());
-        if count == 0 {
-            least.peak = before.and_then(memory::beyond);
-        }
-        least.seconds = least.seconds.min(seconds);
-        least.cpu = cpu.map(|cpu| least.cpu.map_or(cpu, |other| other.min(cpu)));
-        sum += seconds;
-        count += 1;
-        if count >= repeats || sum > ENOUGH {
-            return Ok((result, least));
-        }
-    }
-}
-
 #[cfg(feature = "meshopt")]
 fn meshoptimizer(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Failure> {
     use meshopt::{SimplifyOptions, VertexDataAdapter, typed_to_bytes};
@@ -252,7 +207,7 @@ fn meshoptimizer(_: &RawMesh, _: Stop, _: &PeerJob) -> Result<Done, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Cost, Done, least};
+    use super::{Cost, Done};
 
     #[test]
     fn an_answer_survives_the_way_through_the_text() {
@@ -261,18 +216,5 @@ mod tests {
             assert_eq!(format!("noise\n{done}\n").parse(), Ok(done));
         }
         assert!("nothing".parse::<Done>().is_err());
-    }
-
-    /// Waiting takes time, but no core works meanwhile.
-    #[test]
-    fn the_time_of_cores_is_without_waiting() {
-        let wait = std::time::Duration::from_millis(50);
-        let (_, cost) = least(1, || {
-            std::thread::sleep(wait);
-            Ok(())
-        })
-        .unwrap();
-        assert!(cost.seconds >= wait.as_secs_f64());
-        assert!(cost.cpu.is_some_and(|cpu| cpu < cost.seconds), "{cost:?}");
     }
 }

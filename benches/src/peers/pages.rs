@@ -8,26 +8,9 @@ use super::record::Record;
 use super::table;
 use xtask_common::Failure;
 
-const START: &str = "<!-- peers: ";
-const END: &str = "<!-- peers: end -->";
-
 /// The page with all its blocks written anew, and the number of blocks.
 pub(super) fn rewrite(page: &str, rows: &[Record]) -> Result<(String, usize), Failure> {
-    let mut text = String::new();
-    let mut blocks = 0;
-    let mut lines = page.lines();
-    while let Some(line) = lines.next() {
-        text.push_str(line);
-        text.push('\n');
-        let marker = line.strip_prefix(START).and_then(|rest| rest.strip_suffix(" -->"));
-        let Some(marker) = marker else { continue };
-        text.push_str(&format!("\n{}\n{END}\n", block(marker, rows)?));
-        blocks += 1;
-        if !lines.by_ref().any(|line| line == END) {
-            return Err(Failure::Usage(format!("after `{line}` there is no `{END}`")));
-        }
-    }
-    Ok((text, blocks))
+    crate::marked_page::rewrite(page, "peers", |marker| block(marker, rows))
 }
 
 fn block(marker: &str, rows: &[Record]) -> Result<String, Failure> {
@@ -37,7 +20,7 @@ fn block(marker: &str, rows: &[Record]) -> Result<String, Failure> {
     };
     let base = base.unwrap_or_default();
     if !rows.iter().any(|row| row.name == base) {
-        return Err(Failure::Usage(format!("`{START}{marker} -->`: the record has no `{base}`")));
+        return Err(Failure::Usage(format!("table `{marker}`: the record has no `{base}`")));
     }
     match kind {
         "full" => Ok(table::full(rows, base)),

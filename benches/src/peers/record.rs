@@ -1,14 +1,12 @@
 //! The one record of a run of `benches peers`: JSON lines, one for each job.
 
 use std::fmt;
-use std::fmt::Write as _;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::errors::Errors;
 use super::validity::Validity;
-use xtask_common::Failure;
+use crate::machine::Machine;
 
 /// A job and its outcome.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,35 +56,6 @@ pub(super) struct Outcome {
     /// In units of the diagonal.
     pub(super) errors: Errors,
     pub(super) validity: Validity,
-}
-
-/// Where a job ran.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Machine {
-    pub(super) cores: usize,
-    pub(super) cpu: Option<String>,
-}
-
-impl Machine {
-    /// This one.
-    pub(super) fn this() -> Self {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let cpu = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-        Self { cores, cpu: cpu.map(|(_, name)| name.trim().to_owned()) }
-    }
-}
-
-impl fmt::Display for Machine {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let cpu = self.cpu.as_deref().unwrap_or("unknown processor");
-        write!(f, "{cpu}, {} cores", self.cores)
-    }
-}
-
-/// How many programs wanted to work, on average over the last minute, if the system reports it.
-pub(super) fn load() -> Option<f64> {
-    std::fs::read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }
 
 /// Results whose face counts differ by more are not compared.
@@ -187,31 +156,10 @@ impl fmt::Display for Record {
     }
 }
 
-/// Writes records, one a line.
-pub(super) fn write(records: &[Record], path: &Path) -> Result<(), Failure> {
-    let mut text = String::new();
-    for record in records {
-        let line = serde_json::to_string(record).map_err(Failure::numbers)?;
-        let _ = writeln!(text, "{line}");
-    }
-    std::fs::write(path, text).map_err(Failure::writing(path))
-}
-
-/// Reads records.
-pub(super) fn read(path: &Path) -> Result<Vec<Record>, Failure> {
-    let text = std::fs::read_to_string(path).map_err(Failure::reading(path))?;
-    let parse = |(index, line): (usize, &str)| {
-        serde_json::from_str(line).map_err(|error| {
-            let place = format!("{}, line {}", path.display(), index + 1);
-            Failure::Usage(format!("{place}: {error}; `benches peers` writes such lines"))
-        })
-    };
-    text.lines().enumerate().filter(|(_, line)| !line.is_empty()).map(parse).collect()
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::json_lines;
     use crate::peers::validity::Defects;
 
     /// A record of a mesh of a thousand faces.
@@ -256,11 +204,11 @@ pub(super) mod tests {
         let records = [done, failed];
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("r.jsonl");
-        write(&records, &path).unwrap();
-        assert_eq!(read(&path).unwrap(), records);
+        json_lines::write(&records, &path).unwrap();
+        assert_eq!(json_lines::read::<Record>(&path).unwrap(), records);
         let lines = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, format!("{lines}{{}}\n")).unwrap();
-        assert!(read(&path).unwrap_err().to_string().contains("line 3"));
+        assert!(json_lines::read::<Record>(&path).unwrap_err().to_string().contains("line 3"));
     }
 
     /// So that a record can be continued.

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::drivers::{ABSENT, DRIVERS, Driver};
 use super::record::{Outcome, Record};
+use crate::figures::{distinct, geometric_mean, told};
 
 /// A column of a table of ratios.
 #[derive(Clone, Debug)]
@@ -309,30 +310,12 @@ fn ratios(rows: &[&Record], name: &str, base: &str) -> Vec<[f64; 6]> {
 
 /// The geometric mean of a value.
 fn mean(ratios: &[[f64; 6]], index: usize) -> f64 {
-    (ratios.iter().map(|r| r[index].ln()).sum::<f64>() / ratios.len() as f64).exp()
+    geometric_mean(ratios.iter().map(|r| r[index]))
 }
 
 fn most_bytes(rows: &[&Record], name: &str) -> f64 {
     let own = rows.iter().filter(|row| row.name == name);
     own.filter_map(|row| row.bytes_per_face()).fold(f64::NAN, f64::max)
-}
-
-fn told(x: f64, digits: usize) -> String {
-    if x.is_nan() { "–".to_owned() } else { format!("{x:.digits$}") }
-}
-
-/// The values of a field, in the order in which they come.
-pub(super) fn distinct<'r, T: PartialEq>(
-    rows: &'r [Record],
-    field: impl Fn(&'r Record) -> T,
-) -> Vec<T> {
-    let mut found = Vec::new();
-    for value in rows.iter().map(field) {
-        if !found.contains(&value) {
-            found.push(value);
-        }
-    }
-    found
 }
 
 /// The name of a tool in a page.

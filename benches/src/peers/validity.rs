@@ -6,7 +6,7 @@ use postconditions::Turning;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::raw::RawMesh;
+use crate::raw_mesh::RawMesh;
 use xtask_common::Failure;
 
 /// The defects of a mesh.

@@ -5,8 +5,8 @@ use std::path::Path;
 use mesh_metric::Surface;
 use mesh_view::{Exhibit, Field, On, Page, Section};
 
-use super::raw::RawMesh;
 use super::record::Record;
+use crate::raw_mesh::RawMesh;
 use xtask_common::Failure;
 
 /// The page of a run, relative to the folder of the record.

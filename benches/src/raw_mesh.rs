@@ -6,40 +6,52 @@
 use std::path::Path;
 
 use glam::DVec3;
-use mesh_core::{PolygonSoup, Repair, TriMesh, build};
+use mesh_core::{BoundingBox, PolygonSoup, Repair, TriMesh, build};
 
 use xtask_common::Failure;
 
 /// Vertices and triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct RawMesh {
-    pub(super) vertices: Vec<DVec3>,
-    pub(super) triangles: Vec<[u32; 3]>,
+pub(crate) struct RawMesh {
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl RawMesh {
     /// The arrays of a mesh without gaps.
-    pub(super) fn of(mesh: &TriMesh) -> Self {
+    pub(crate) fn of(mesh: &TriMesh) -> Self {
         let triangles = mesh.topology().triangles().collect();
         Self { vertices: mesh.positions().to_vec(), triangles }
     }
 
     /// The arrays of a mesh file, repaired.
-    pub(super) fn from_file(path: &Path) -> Result<Self, Failure> {
+    pub(crate) fn from_file(path: &Path) -> Result<Self, Failure> {
         let model = mesh_io::read(path).map_err(Failure::reading(path))?;
         let mut mesh = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh;
         mesh.compact();
         Ok(Self::of(&mesh))
     }
 
-    pub(super) fn to_mesh(&self) -> Result<TriMesh, Failure> {
+    /// The mesh around the origin with a diagonal of one, rounded to single precision: some tools compute in it. `None`
+    /// if it has no extent.
+    pub(crate) fn with_unit_diagonal(mut self) -> Option<Self> {
+        let bounds = BoundingBox::of_points(self.vertices.iter().copied())
+            .filter(|bounds| bounds.diagonal() > 0.0)?;
+        let (center, diagonal) = (bounds.center(), bounds.diagonal());
+        for vertex in &mut self.vertices {
+            *vertex = ((*vertex - center) / diagonal).as_vec3().as_dvec3();
+        }
+        Some(self)
+    }
+
+    pub(crate) fn to_mesh(&self) -> Result<TriMesh, Failure> {
         let soup = PolygonSoup::from_triangles(&self.vertices, &self.triangles);
         Ok(build(&soup.map_err(Failure::mesh)?, &Repair::lenient()).map_err(Failure::mesh)?.mesh)
     }
 
     /// Unit normals of the vertices: means of the normals of their faces, weighted by area.
     #[cfg(feature = "meshopt")]
-    pub(super) fn vertex_normals(&self) -> Vec<[f32; 3]> {
+    pub(crate) fn vertex_normals(&self) -> Vec<[f32; 3]> {
         let mut sums = vec![DVec3::ZERO; self.vertices.len()];
         for triangle in &self.triangles {
             let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
@@ -49,7 +61,7 @@ impl RawMesh {
         sums.iter().map(|sum| sum.normalize_or_zero().as_vec3().to_array()).collect()
     }
 
-    pub(super) fn write(&self, path: &Path) -> Result<(), Failure> {
+    pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
         let counts = [self.vertices.len(), self.triangles.len()].map(|n| n as u64);
         let mut bytes =
             Vec::with_capacity(16 + 24 * self.vertices.len() + 12 * self.triangles.len());
@@ -60,7 +72,7 @@ impl RawMesh {
         std::fs::write(path, bytes).map_err(Failure::writing(path))
     }
 
-    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let bytes = std::fs::read(path).map_err(Failure::reading(path))?;
         Self::parse(&bytes)
             .ok_or_else(|| Failure::Usage(format!("{} is no raw mesh", path.display())))
