@@ -19,6 +19,7 @@ mod peers;
 mod preset_study;
 mod process;
 mod raw_mesh;
+mod rivals;
 mod timing;
 mod tolerance_study;
 
@@ -78,6 +79,22 @@ enum Measurement {
     ///     cargo run -p benches -- fetch --to meshes --cache downloads --meshes cow.obj,fandisk.obj
     #[command(verbatim_doc_comment)]
     Fetch(fetch::Fetch),
+    /// Compare our edge flips with those of other programs: time, F1 to F3, angles, defects
+    ///
+    ///     cargo run --release -p benches -- flips --models meshes --jobs full,growth
+    ///     cargo run --release -p benches -- flips --jobs growth --tools f1,f2
+    ///     cargo run -p benches -- flips --from benches/recorded/flips.jsonl
+    #[command(verbatim_doc_comment)]
+    Flips(rivals::Flips),
+    /// Compare our Hausdorff distances with those of other programs: bounds, time, memory
+    ///
+    ///     cargo run --release -p benches -- distances --models meshes
+    ///     cargo run --release -p benches -- distances --models meshes --tools proved,cascading
+    ///     cargo run -p benches -- distances --from benches/recorded/distances.jsonl
+    #[command(verbatim_doc_comment)]
+    Distances(rivals::Distances),
+    #[command(hide = true)]
+    RivalJob(rivals::RivalJob),
     #[command(hide = true)]
     PeerJob(peers::PeerJob),
     /// Write a torus with bumps of any size as binary PLY, without holding it in memory
@@ -104,6 +121,9 @@ fn main() -> ExitCode {
         Measurement::Peers(options) => peers::run(&options),
         Measurement::PresetStudy(options) => preset_study::run(&options),
         Measurement::Fetch(options) => fetch::run(&options),
+        Measurement::Flips(options) => rivals::run_flips(&options),
+        Measurement::Distances(options) => rivals::run_distances(&options),
+        Measurement::RivalJob(options) => rivals::run_job(&options),
         Measurement::PeerJob(options) => peers::run_job(&options),
         Measurement::Giant(options) => giant::run(&options),
         Measurement::Instructions(options) => instructions::run(&options),

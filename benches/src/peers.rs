@@ -40,7 +40,7 @@ use job::{Done, Job, Stop, Target};
 pub(crate) use job::{PeerJob, run as run_job};
 use record::{Outcome, Record};
 use tool::Tool;
-use validity::Judge;
+pub(crate) use validity::{Judge, Validity};
 use xtask_common::{Failure, progress_bar};
 
 /// What to compare, and how.

@@ -25,6 +25,11 @@ impl Process {
     /// The answer to a request; `None` if the program has ended.
     pub(crate) fn ask(&mut self, request: &str) -> Option<String> {
         writeln!(self.requests, "{request}").ok()?;
+        self.answer()
+    }
+
+    /// The next line; `None` if the program has ended.
+    pub(crate) fn answer(&mut self) -> Option<String> {
         let mut answer = String::new();
         let read = self.answers.read_line(&mut answer).ok()?;
         (read > 0).then_some(answer)

@@ -19,23 +19,81 @@ fn a_giant_is_a_closed_mesh_with_about_the_faces_asked_for() {
 }
 
 #[test]
-fn the_pages_agree_with_the_record() {
+fn the_pages_agree_with_the_records() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let folder = tempfile::tempdir().unwrap();
-    for page in ["docs/results/peers.md", "README.md", "COMPARE.md"] {
+    for (command, page) in [
+        ("peers", "docs/results/peers.md"),
+        ("peers", "README.md"),
+        ("peers", "COMPARE.md"),
+        ("flips", "docs/results/flips-and-distances.md"),
+        ("distances", "docs/results/flips-and-distances.md"),
+    ] {
+        let record = format!("benches/recorded/{command}.jsonl");
         let (old, copy) = (root.join(page), folder.path().join("page.md"));
         std::fs::copy(&old, &copy).unwrap();
-        let mut peers = Command::new(env!("CARGO_BIN_EXE_benches"));
-        peers.args(["peers", "--from"]).arg(root.join("benches/recorded/peers.jsonl"));
-        let output = peers.arg("--pages").arg(&copy).output().unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_benches"));
+        program.args([command, "--from"]).arg(root.join(&record));
+        let output = program.arg("--pages").arg(&copy).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let [old, new] = [old, copy].map(|path| std::fs::read_to_string(path).unwrap());
-        let count = new.matches("<!-- peers: end -->").count();
+        let count = new.matches(&format!("<!-- {command}: end -->")).count();
         assert!(count > 0, "{page} has no table of the record");
-        let cure =
-            "cargo run -p benches -- peers --from benches/recorded/peers.jsonl writes it anew";
+        let cure = format!("cargo run -p benches -- {command} --from {record} writes it anew");
         assert!(old == new, "{page} does not agree with the record; {cure}");
     }
+}
+
+/// The whole way from a set of jobs to a page, with our tools only.
+#[test]
+fn flips_and_distances_are_measured_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.md");
+    for (command, tables, row) in [
+        ("flips", ["quality", "growth", "agreement"], "| `f2` | noisy | 484 |"),
+        ("distances", ["proved", "sampled", "closest"], "| curvmesh, proved | 1e-3 | 3 of 3 |"),
+    ] {
+        let run = |arguments: &[&str]| {
+            let mut program = Command::new(env!("CARGO_BIN_EXE_benches"));
+            let output = program.arg(command).args(arguments).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            String::from_utf8_lossy(&output.stdout).into_owned()
+        };
+        let said = run(&["--jobs", "tiny", "--out", folder.path().to_str().unwrap()]);
+        assert!(said.contains(row), "{said}");
+        let record = folder.path().join(format!("{command}.jsonl"));
+        let block = |table: &str| format!("<!-- {command}: {table} -->\n<!-- {command}: end -->\n");
+        std::fs::write(&page, tables.map(block).concat()).unwrap();
+        run(&["--from", record.to_str().unwrap(), "--pages", page.to_str().unwrap()]);
+        let text = std::fs::read_to_string(&page).unwrap();
+        assert!(text.contains(row), "{text}");
+        // Flips lower the cost that they are asked to lower, and every sample is below the proved bound.
+        for line in std::fs::read_to_string(&record).unwrap().lines() {
+            let job: serde_json::Value = serde_json::from_str(line).unwrap();
+            let of = |path: &str| job.pointer(&format!("/outcome/values/{path}"));
+            let number = |path: &str| of(path).and_then(serde_json::Value::as_f64);
+            match job["tool"].as_str().unwrap() {
+                cost @ ("f1" | "f2" | "f3") => {
+                    let [before, after] =
+                        ["before", "after"].map(|at| number(&format!("{at}/{cost}")));
+                    assert!(after < before, "{line}");
+                }
+                "proved" => {
+                    let width = number("upper").unwrap() - number("lower").unwrap();
+                    assert!((0.0..=1.001e-3).contains(&width), "{line}");
+                }
+                "sampled" => {
+                    assert!(number("lower") > Some(0.0) && number("upper").is_none(), "{line}");
+                }
+                _ => assert!(number("after/mean_smallest_angle").is_some(), "{line}"),
+            }
+        }
+    }
+    let unknown = Command::new(env!("CARGO_BIN_EXE_benches"))
+        .args(["flips", "--jobs", "tiny", "--tools", "none"])
+        .output()
+        .unwrap();
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("meshlab-mean"));
 }
 
 /// Whether a line of COMPARE.md is in a table that is made from the record, and the lines.

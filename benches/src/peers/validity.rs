@@ -11,7 +11,7 @@ use xtask_common::Failure;
 
 /// The defects of a mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Defects {
+pub(crate) struct Defects {
     /// Faces that use a vertex twice or have zero area.
     pub(super) zero_area: usize,
     /// Faces whose height is below a thousandth of their longest side.
@@ -38,6 +38,12 @@ impl Defects {
         }
     }
 
+    /// Whether every edge has two faces, and there are no defects.
+    pub(crate) fn is_closed_and_sound(&self) -> bool {
+        let Self { turned, .. } = *self;
+        *self == Self { turned, ..Self::default() }
+    }
+
     /// The counts with their names.
     pub(super) fn named(&self) -> [(&'static str, usize); 7] {
         [
@@ -54,18 +60,18 @@ impl Defects {
 
 /// A result beside its input.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Validity {
-    pub(super) input: Defects,
-    pub(super) output: Defects,
+pub(crate) struct Validity {
+    pub(crate) input: Defects,
+    pub(crate) output: Defects,
     /// The change of the area, relative to the area of the input.
-    pub(super) area: f64,
+    pub(crate) area: f64,
     /// The change of the volume, relative to the volume of the input; for closed inputs only.
-    pub(super) volume: Option<f64>,
+    pub(crate) volume: Option<f64>,
 }
 
 impl Validity {
     /// The defects that the input did not have, with their names.
-    pub(super) fn new_defects(&self) -> [(&'static str, usize); 7] {
+    pub(crate) fn new_defects(&self) -> [(&'static str, usize); 7] {
         let mut counts = self.output.named();
         for ((_, count), (_, old)) in counts.iter_mut().zip(self.input.named()) {
             *count = count.saturating_sub(old);
@@ -75,7 +81,7 @@ impl Validity {
 }
 
 /// Compares results with one input.
-pub(super) struct Judge<'m> {
+pub(crate) struct Judge<'m> {
     input: Defects,
     area: f64,
     /// Of a closed input.
@@ -85,7 +91,7 @@ pub(super) struct Judge<'m> {
 
 impl<'m> Judge<'m> {
     /// For an input as arrays, as a mesh and as a surface.
-    pub(super) fn new(
+    pub(crate) fn new(
         raw: &RawMesh,
         mesh: &'m TriMesh,
         surface: &'m Surface,
@@ -102,7 +108,7 @@ impl<'m> Judge<'m> {
     }
 
     /// Judges a result, whatever its defects.
-    pub(super) fn judge(&self, result: &RawMesh) -> Result<Validity, Failure> {
+    pub(crate) fn judge(&self, result: &RawMesh) -> Result<Validity, Failure> {
         let soup = soup(result)?;
         let found = diagnose(&soup).map_err(Failure::mesh)?;
         let sizes = soup.measure();
