@@ -42,6 +42,9 @@ pub(crate) struct Console {
 struct Losses {
     repairs: Vec<Repaired>,
     lost: Vec<LostPart>,
+    /// The largest rounding of the outputs.
+    rounding: f64,
+    stayed: Vec<Stayed>,
     /// The content of the first input.
     input: Option<Inventory>,
     /// Whether anything was written.
@@ -56,6 +59,13 @@ struct LostPart {
     by: String,
     #[serde(flatten)]
     lost: Lost,
+}
+
+/// Data of an output that are not in the form that was asked for.
+#[derive(Clone, Debug, Serialize)]
+struct Stayed {
+    file: String,
+    what: String,
 }
 
 /// A repair of an input.
@@ -77,6 +87,10 @@ struct Signed<'a, T> {
     repairs: &'a [Repaired],
     #[serde(skip_serializing_if = "Option::is_none")]
     lost: Option<&'a [LostPart]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rounding: Option<f64>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    stayed: &'a [Stayed],
     #[serde(skip_serializing_if = "Map::is_empty")]
     options: &'a Map<String, Value>,
 }
@@ -170,6 +184,18 @@ impl Console {
         }
     }
 
+    /// Records the rounding of an output for the report.
+    pub(crate) fn rounded(&self, rounding: f64) {
+        let mut losses = self.losses();
+        losses.rounding = losses.rounding.max(rounding);
+    }
+
+    /// Records data of an output that are not in the form that was asked for.
+    pub(crate) fn stays(&self, file: &str, what: &str) {
+        let (file, what) = (file.to_owned(), what.to_owned());
+        self.losses().stayed.push(Stayed { file, what });
+    }
+
     /// Records the repairs of an input for the report.
     pub(crate) fn repaired(
         &self,
@@ -208,7 +234,10 @@ impl Console {
         let losses = self.losses();
         let lost = losses.has_output.then_some(losses.lost.as_slice());
         let (repairs, options) = (losses.repairs.as_slice(), &self.options);
-        let signed = Signed { tool: TOOL, version, content, repairs, lost, options };
+        let rounding = (losses.rounding > 0.0).then_some(losses.rounding);
+        let stayed = losses.stayed.as_slice();
+        let signed =
+            Signed { tool: TOOL, version, content, repairs, lost, rounding, stayed, options };
         let json = serde_json::to_string(&signed).map_err(Failure::json)?;
         Ok(printable_json(&json))
     }

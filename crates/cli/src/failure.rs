@@ -179,6 +179,8 @@ impl Failure {
                 WriteError::NoSuchEncoding { .. }
                 | WriteError::UnknownExtension(_)
                 | WriteError::NoCompression(_)
+                | WriteError::NoQuantization(_)
+                | WriteError::Bits { .. }
                 | WriteError::NoLevels(_)
                 | WriteError::NoScene(_) => 2,
                 WriteError::NotFinite { .. }

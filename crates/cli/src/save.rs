@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use mesh_io::{
-    Compression, Encoding, Format, Model, Precision, Scene, Staged, StlColors, WriteError,
-    WriteOptions, WriteReport,
+    Compression, Encoding, Format, Model, Precision, Quantization, Scene, Staged, StlColors,
+    WriteError, WriteOptions, WriteReport,
 };
 
 use crate::args::{FormatName, is_standard};
@@ -42,6 +42,20 @@ pub(crate) struct SaveOptions {
     /// All values stay the same. Programs that read the file must know the extension `EXT_meshopt_compression`.
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     pub(crate) compress: CompressName,
+    /// Round the data of a glTF or GLB file to integers: positions and texture coordinates of BITS bits, from 8 to 16
+    /// [default: 16], and normals, tangents, colours and weights of 8 bits
+    ///
+    /// Programs that read the file must know the extension `KHR_mesh_quantization`. Errors and error limits of scenes
+    /// include the rounding.
+    #[arg(
+        long,
+        value_name = "BITS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "16",
+        value_parser = clap::value_parser!(u8).range(8..=16)
+    )]
+    pub(crate) quantize: Option<u8>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -107,13 +121,26 @@ impl SaveOptions {
             CompressName::None => Compression::None,
             CompressName::Meshopt => Compression::Meshopt,
         };
-        WriteOptions { format, encoding, precision, overwrite_companions, stl_colors, compression }
+        let quantization = self.quantization();
+        WriteOptions {
+            format,
+            encoding,
+            precision,
+            overwrite_companions,
+            stl_colors,
+            compression,
+            quantization,
+        }
+    }
+
+    pub(crate) fn quantization(&self) -> Option<Quantization> {
+        self.quantize.map(Quantization::with_bits)
     }
 }
 
 /// The options of [`SaveOptions`].
-pub(crate) const SAVE_OPTIONS: [&str; 6] =
-    ["to", "encoding", "precision", "overwrite_companions", "stl_colors", "compress"];
+pub(crate) const SAVE_OPTIONS: [&str; 7] =
+    ["to", "encoding", "precision", "overwrite_companions", "stl_colors", "compress", "quantize"];
 
 /// Refuses an output that cannot be written as asked, before any work is done.
 pub(crate) fn check_target(
@@ -141,7 +168,7 @@ pub(crate) fn check_target(
         given.refuse(&["stl_colors"], "it is for STL")?;
     }
     if !matches!(format, Format::Gltf | Format::Glb) {
-        given.refuse(&["compress"], "it is for glTF and GLB")?;
+        given.refuse(&["compress", "quantize"], "it is for glTF and GLB")?;
     }
     if format != Format::Obj || is_standard(path) {
         given.refuse(&["overwrite_companions"], "it is for the files that go with an OBJ file")?;
@@ -200,12 +227,7 @@ pub(crate) fn save_scene(
     let written = match options.format_of(path) {
         Some(format) if is_standard(path) => {
             let mut bytes = Vec::new();
-            let written = match options.compress {
-                CompressName::None => scene.write_to(&mut bytes, format),
-                CompressName::Meshopt => {
-                    scene.compressed().and_then(|scene| scene.write_to(&mut bytes, format))
-                }
-            };
+            let written = scene.write_with(&mut bytes, format, &options.write_options());
             if written.is_ok() {
                 to_stdout(&bytes)?;
             }
@@ -327,6 +349,11 @@ pub(crate) fn explain(path: &Path, report: &WriteReport, console: &Console) {
     if report.rounding > 0.0 {
         let rounding = report.rounding;
         console.message(format_args!("{name}: coordinates were rounded by up to {rounding:.2e}"));
+        console.rounded(rounding);
+    }
+    for stayed in &report.stayed {
+        console.message(format_args!("{name}: {stayed}"));
+        console.stays(&name, stayed);
     }
     for kept in &report.kept {
         let kept = printable(kept.display());

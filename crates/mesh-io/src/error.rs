@@ -228,6 +228,19 @@ pub enum WriteError {
         /// The requested encoding.
         encoding: &'static str,
     },
+    /// A number of bits is out of range.
+    #[error("{what} cannot have {bits} bits; take {least} to 16")]
+    Bits {
+        /// The data.
+        what: &'static str,
+        /// The number of bits.
+        bits: u8,
+        /// The least number of bits.
+        least: u8,
+    },
+    /// The format has no integers for the data of vertices.
+    #[error("{0} cannot be quantized; write glTF or GLB, or leave the quantization out")]
+    NoQuantization(Format),
     /// The format cannot be compressed.
     #[error("{0} cannot be compressed; write glTF or GLB, or leave the compression out")]
     NoCompression(Format),

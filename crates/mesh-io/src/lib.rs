@@ -61,8 +61,8 @@ pub use scalars::{ScalarType, ScalarValues, Scalars};
 pub use scan::{Scanned, scan, scan_from};
 #[cfg(feature = "gltf")]
 pub use scene::{
-    NewMesh, NewPrimitive, Scene, SceneDraw, SceneMesh, SceneNode, ScenePose, ScenePrimitive,
-    VertexData,
+    NewMesh, NewPrimitive, QuantizedScene, Scene, SceneDraw, SceneMesh, SceneNode, ScenePose,
+    ScenePrimitive, VertexData,
 };
 pub use stl::StlColors;
 pub use text::printable;
@@ -70,5 +70,7 @@ pub use to_model::ToModel;
 pub use write::{Staged, check_write, replace_file, stage, stage_file, write, write_to};
 #[cfg(feature = "gltf")]
 pub use write::{stage_levels, write_levels};
-pub use write_options::{Compression, Encoding, Precision, WriteOptions, WriteReport};
+pub use write_options::{
+    Compression, Encoding, Precision, Quantization, WriteOptions, WriteReport,
+};
 pub use write_passing::{Passer, stage_passing, write_passing};

@@ -120,7 +120,7 @@ pub fn check_write<M: ToModel + ?Sized>(
 fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), WriteError> {
     model.check()?;
     check_encoding(format, options.encoding)?;
-    check_compression(format, options.compression)?;
+    check_compression(format, options)?;
     let positions = model.soup.positions();
     let single = match format {
         Format::Ply => options.precision == Precision::Single,
@@ -166,16 +166,16 @@ pub(crate) fn check_encoding(format: Format, encoding: Encoding) -> Result<(), W
     Err(WriteError::NoSuchEncoding { format, encoding: encoding.name() })
 }
 
-/// Checks that the format can be compressed, if it is to be.
-pub(crate) fn check_compression(
-    format: Format,
-    compression: Compression,
-) -> Result<(), WriteError> {
-    match compression {
-        Compression::Meshopt if !matches!(format, Format::Gltf | Format::Glb) => {
-            Err(WriteError::NoCompression(format))
-        }
-        _ => Ok(()),
+/// Checks that the format can be compressed and quantized, if it is to be.
+pub(crate) fn check_compression(format: Format, options: &WriteOptions) -> Result<(), WriteError> {
+    let is_gltf = matches!(format, Format::Gltf | Format::Glb);
+    if options.compression == Compression::Meshopt && !is_gltf {
+        return Err(WriteError::NoCompression(format));
+    }
+    match &options.quantization {
+        Some(_) if !is_gltf => Err(WriteError::NoQuantization(format)),
+        Some(quantization) => quantization.check(),
+        None => Ok(()),
     }
 }
 
@@ -226,7 +226,7 @@ pub fn stage_levels<M: ToModel>(
         models.into_iter().map(|model| with_normals(model, format)).collect();
     let all = crate::gltf::Levels { models: models.iter().map(|m| &**m).collect(), coverage };
     let (file, mut report) =
-        atomic::prepare(path, |writer| put_gltf(writer, &all, format, options.compression))?;
+        atomic::prepare(path, |writer| put_gltf(writer, &all, format, options))?;
     let target = target(format, options, false);
     for lost in models.iter().flat_map(|model| losses(model, target)) {
         if !report.lost.iter().any(|other| other.what == lost.what) {
@@ -351,7 +351,7 @@ fn put(
         #[cfg(feature = "gltf")]
         (Format::Gltf | Format::Glb, _) => {
             let levels = crate::gltf::Levels { models: vec![model], coverage: &[] };
-            put_gltf(writer, &levels, format, options.compression)
+            put_gltf(writer, &levels, format, options)
         }
         #[cfg(not(all(feature = "obj", feature = "gltf")))]
         _ => {
@@ -368,18 +368,19 @@ fn put_gltf(
     writer: &mut dyn Write,
     levels: &crate::gltf::Levels<'_>,
     format: Format,
-    compression: Compression,
+    options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
-    match (compression, format) {
-        (Compression::None, Format::Gltf) => crate::gltf::write_json(writer, levels),
-        (Compression::None, _) => crate::gltf::write_binary(writer, levels),
-        (Compression::Meshopt, _) => {
-            let mut plain = Vec::new();
-            let report = crate::gltf::write_binary(&mut plain, levels)?;
-            let scene = crate::scene::Scene::read_written(&plain)?;
-            drop(plain);
-            scene.compressed()?.write_to(writer, format)?;
-            Ok(report)
-        }
+    if options.compression == Compression::None && options.quantization.is_none() {
+        return match format {
+            Format::Gltf => crate::gltf::write_json(writer, levels),
+            _ => crate::gltf::write_binary(writer, levels),
+        };
     }
+    let mut plain = Vec::new();
+    let report = crate::gltf::write_binary(&mut plain, levels)?;
+    let scene = crate::scene::Scene::read_written(&plain)?;
+    drop(plain);
+    let written = scene.write_with(writer, format, options)?;
+    let rounding = report.rounding + written.rounding;
+    Ok(WriteReport { rounding, stayed: written.stayed, ..report })
 }

@@ -1,5 +1,6 @@
 //! Options and reports of the writers.
 
+use crate::error::WriteError;
 use crate::format::Format;
 use crate::lost::Lost;
 use crate::stl::StlColors;
@@ -24,6 +25,53 @@ pub struct WriteOptions {
     pub stl_colors: StlColors,
     /// How the data of a glTF or GLB file are compressed.
     pub compression: Compression,
+    /// Whether the data of vertices in a glTF or GLB file become integers, and of how many bits.
+    pub quantization: Option<Quantization>,
+}
+
+/// The numbers of bits of vertex data that become integers (`KHR_mesh_quantization`). Colours and weights of skins have
+/// 8 bits, the weights of a vertex with the sum 255.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct Quantization {
+    /// Bits of each coordinate of a position, from 8 to 16. They cover the longest side of the bounding box of all
+    /// meshes that are drawn in the same place.
+    pub positions: u8,
+    /// Bits of texture coordinates between 0 and 1, from 8 to 16. Coordinates down to -1 take one bit for the sign;
+    /// those beyond stay as they are.
+    pub texture_coordinates: u8,
+    /// Bits of each component of normals and tangents, with the sign, from 4 to 16.
+    pub normals: u8,
+}
+
+impl Default for Quantization {
+    fn default() -> Self {
+        Self { positions: 16, texture_coordinates: 16, normals: 8 }
+    }
+}
+
+impl Quantization {
+    /// Positions and texture coordinates of a number of bits, which must be from 8 to 16.
+    #[must_use]
+    pub fn with_bits(bits: u8) -> Self {
+        Self { positions: bits, texture_coordinates: bits, ..Self::default() }
+    }
+
+    /// Checks that all numbers are in range.
+    pub(crate) fn check(&self) -> Result<(), WriteError> {
+        let Self { positions, texture_coordinates, normals } = *self;
+        for (what, bits, least) in [
+            ("positions", positions, 8),
+            ("texture coordinates", texture_coordinates, 8),
+            ("normals", normals, 4),
+        ] {
+            if !(least..=16).contains(&bits) {
+                return Err(WriteError::Bits { what, bits, least });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The compression of the data of a glTF or GLB file.
@@ -85,8 +133,11 @@ pub enum Precision {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct WriteReport {
-    /// Largest error of a coordinate in model units, from rounding to 32 bits. Zero if positions are exact.
+    /// Largest error of a coordinate in model units, from rounding to 32 bits. Zero if positions are exact. With a
+    /// [`Quantization`], the largest distance by which a vertex moves, in units of the scene.
     pub rounding: f64,
+    /// The data that the [`Quantization`] leaves as they are, with the reason.
+    pub stayed: Vec<String>,
     /// The content of the model that is not in the file.
     pub lost: Vec<Lost>,
     /// The files written beside the target: material library and pictures.

@@ -40,7 +40,7 @@ impl<'w> Passer<'w> {
         options: &WriteOptions,
     ) -> Result<Self, WriteError> {
         check_encoding(format, options.encoding)?;
-        check_compression(format, options.compression)?;
+        check_compression(format, options)?;
         let (writer, single) = match format {
             Format::Ply => {
                 let ply = PlyPassing::new(writer, passing, options)?;

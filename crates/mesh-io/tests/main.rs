@@ -11,6 +11,7 @@ mod losses;
 mod passing;
 mod peers;
 mod pictures;
+mod quantized;
 mod real_meshes;
 mod robustness;
 mod roundtrip;

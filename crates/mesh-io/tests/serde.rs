@@ -4,7 +4,7 @@
 
 use mesh_io::{
     Alpha, Compression, Encoding, External, Format, Group, Image, ImageData, Material, Model,
-    Precision, ReadOptions, Scalars, StlColors, WriteOptions, WriteReport, write_to,
+    Precision, Quantization, ReadOptions, Scalars, StlColors, WriteOptions, WriteReport, write_to,
 };
 use mesh_shapes::polyhedra;
 use serde::Serialize;
@@ -42,6 +42,7 @@ fn options_and_reports_come_back_and_misspelt_ones_are_refused() {
         overwrite_companions: true,
         stl_colors: StlColors::Magics,
         compression: Compression::Meshopt,
+        quantization: Some(Quantization::with_bits(12)),
     };
     assert_eq!(again(&options), options);
     assert!(serde_json::from_str::<WriteOptions>(r#"{"overwrite":true}"#).is_err());

@@ -8,19 +8,24 @@
 //! files that do not mark them; `geometry`, the content of
 //! a mesh; `placement`, where meshes are drawn, and `poses`, the shapes that
 //! they take there; `prune`, which drops what nothing refers to any more; `replace`;
-//! `divide`, copies of shared meshes; `levels` in one document; `reorder` and `compress`; `write`.
+//! `divide`, copies of shared meshes; `levels` in one document; `disjoint` sets; `influences` of skins, `grids` of positions and `quantize`;
+//! `reorder` and `compress`; `write`.
 
 mod check;
 mod colors;
 mod compress;
+mod disjoint;
 mod divide;
 mod document;
 mod extensions;
 mod geometry;
+mod grids;
+mod influences;
 mod levels;
 mod placement;
 mod poses;
 mod prune;
+mod quantize;
 mod references;
 mod reorder;
 mod replace;
@@ -31,5 +36,6 @@ pub use document::{Scene, SceneNode};
 pub use geometry::{SceneMesh, ScenePrimitive};
 pub use placement::SceneDraw;
 pub use poses::ScenePose;
+pub use quantize::QuantizedScene;
 pub use replace::{NewMesh, NewPrimitive};
 pub use vertex_data::VertexData;

@@ -372,7 +372,7 @@ impl Track {
 }
 
 /// The parent of each node.
-fn parents(root: &Root) -> Vec<Option<usize>> {
+pub(super) fn parents(root: &Root) -> Vec<Option<usize>> {
     let mut parents = vec![None; root.nodes.len()];
     for (index, node) in root.nodes.iter().enumerate() {
         for &child in &node.children {

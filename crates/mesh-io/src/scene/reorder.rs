@@ -1,5 +1,6 @@
 //! Puts triangles and vertices into an order that caches and compression like.
 
+use super::disjoint::Sets;
 use super::document::{Scene, list_mut, push_all, root_of};
 use super::extensions::unknown;
 use super::prune::{Referenced, prune};
@@ -203,7 +204,7 @@ fn families(json: &mut Value, root: &Root) -> Vec<Family> {
             *slot += 1;
         }
     });
-    let mut sets = Sets((0..as_u32(root.accessors.len())).collect());
+    let mut sets = Sets::new(as_u32(root.accessors.len()));
     for primitive in root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
         let mut all = attributes(primitive).chain(primitive.indices);
         if let Some(first) = all.next() {
@@ -260,31 +261,4 @@ fn families(json: &mut Value, root: &Root) -> Vec<Family> {
 fn attributes(primitive: &Primitive) -> impl Iterator<Item = u32> {
     let targets = primitive.targets.iter().flat_map(Attributes::iter);
     primitive.attributes.iter().chain(targets).map(|(_, accessor)| accessor)
-}
-
-/// Disjoint sets of accessors.
-struct Sets(Vec<u32>);
-
-impl Sets {
-    fn of(&mut self, accessor: u32) -> u32 {
-        let mut at = accessor;
-        while let Some(&next) = self.0.get(at as usize)
-            && next != at
-        {
-            // Every second step is skipped the next time.
-            let after = self.0.get(next as usize).copied().unwrap_or(next);
-            if let Some(slot) = self.0.get_mut(at as usize) {
-                *slot = after;
-            }
-            at = after;
-        }
-        at
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.of(a), self.of(b));
-        if let Some(slot) = self.0.get_mut(a as usize) {
-            *slot = b;
-        }
-    }
 }

@@ -44,19 +44,35 @@ impl Scene {
     ) -> Result<Staged, WriteError> {
         let path = path.as_ref();
         let format = format_of(path, options)?;
-        let compressed;
-        let scene = match options.compression {
-            Compression::None => self,
-            Compression::Meshopt => {
-                compressed = self.compressed()?;
-                &compressed
-            }
-        };
-        let (file, report) = atomic::prepare(path, |writer| scene.write_to(writer, format))?;
+        let (file, report) =
+            atomic::prepare(path, |writer| self.write_with(writer, format, options))?;
         Ok(Staged::new(file, report))
     }
 
-    /// Writes the scene to a stream.
+    /// Writes the scene to a stream, with the data rounded and compressed as the options ask for.
+    ///
+    /// # Errors
+    /// As [`Scene::write`]; part of the output may have been written only if the stream itself fails.
+    pub fn write_with(
+        &self,
+        writer: &mut dyn Write,
+        format: Format,
+        options: &WriteOptions,
+    ) -> Result<WriteReport, WriteError> {
+        let (mut rounding, mut stayed) = (0.0, Vec::new());
+        let mut scene = Cow::Borrowed(self);
+        if let Some(quantization) = &options.quantization {
+            let quantized = self.quantized(quantization)?;
+            (rounding, stayed) = (quantized.rounding, quantized.stayed);
+            scene = Cow::Owned(quantized.scene);
+        }
+        if options.compression == Compression::Meshopt {
+            scene = Cow::Owned(scene.compressed()?);
+        }
+        Ok(WriteReport { rounding, stayed, ..scene.write_to(writer, format)? })
+    }
+
+    /// Writes the scene to a stream as it is.
     ///
     /// # Errors
     /// As [`Scene::write`]; part of the output may have been written only if the stream itself fails.
