@@ -328,6 +328,62 @@ fn a_scene_that_is_shown_loses_nothing() {
     assert_eq!(report["scene"]["parts"]["skins"], 1);
 }
 
+/// Every command that writes glTF can round its data: the same faces in fewer bytes, fewer still if compressed, and the
+/// rounding is reported and counts for the error limit.
+#[test]
+fn outputs_are_quantized() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "rich.glb", &rich().glb());
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let size = |path: &str| std::fs::metadata(path).unwrap().len();
+    let cases: [&[&str]; 5] = [
+        &["convert"],
+        &["repair"],
+        &["simplify", "--ratio", "0.5"],
+        &["lod", "--levels", "0.5,0.25"],
+        &["simplify", "--ratio", "0.5", "--one-mesh"],
+    ];
+    for (case, command) in cases.into_iter().enumerate() {
+        let [plain, rounded, small] =
+            ["plain", "rounded", "small"].map(|name| path(&format!("{name}{case}.glb")));
+        json(&[command, &[&input, "-o", &plain]].concat());
+        let report = json(&[command, &[&input, "-o", &rounded, "--quantize"]].concat());
+        assert!(report["rounding"].as_f64().unwrap() > 0.0, "{report}");
+        assert!(report.get("stayed").is_none(), "{report}");
+        let both = [&input, "-o", &small, "--quantize=12", "--compress", "meshopt"];
+        json(&[command, &both].concat());
+        let sizes = [&plain, &rounded, &small].map(|path| size(path));
+        assert!(sizes.is_sorted_by(|a, b| a > b), "{command:?}: {sizes:?}");
+        let required = document(&rounded)["extensionsRequired"].clone();
+        assert!(required.as_array().unwrap().contains(&value!("KHR_mesh_quantization")));
+        let [plain, rounded, small] = [&plain, &rounded, &small].map(|path| json(&["info", path]));
+        for name in ["faces", "euler_characteristic"] {
+            assert_eq!(plain[name], rounded[name], "{command:?} {name}");
+            assert_eq!(plain[name], small[name], "{command:?} {name}");
+        }
+    }
+    let limited = |more: &[&str]| {
+        let out = path("limited.glb");
+        json(&[&["simplify", &input, "-o", &out, "--max-error", "0.002"], more].concat())
+    };
+    let [plain, rounded] = [limited(&[]), limited(&["--quantize=12"])];
+    let faces = |report: &Value| report["faces_out"].as_u64().unwrap();
+    assert!(faces(&rounded) >= faces(&plain));
+    for mesh in rounded["meshes"].as_array().unwrap() {
+        assert!(mesh["rounding"].as_f64().unwrap() > 0.0, "{mesh}");
+        assert!(mesh["max"].as_f64().unwrap() >= mesh["rounding"].as_f64().unwrap());
+    }
+    assert!(plain["meshes"][0].get("rounding").is_none());
+    let out = path("fine.glb");
+    let (refused, message) =
+        code(&["simplify", &input, "-o", &out, "--max-error", "0.0001", "--quantize=8"]);
+    assert!(refused == 4 && message.contains("rounding"), "{refused} {message}");
+    let ply = path("out.ply");
+    let (refused, message) = code(&["convert", &input, "-o", &ply, "--quantize"]);
+    assert_eq!(refused, 2);
+    assert!(message.contains("--quantize") && message.contains("glTF"), "{message}");
+}
+
 /// Every command that writes glTF can compress it: the same faces in fewer bytes, whether the scene stays whole or not.
 #[test]
 fn outputs_are_compressed() {

@@ -7,11 +7,11 @@ use std::ops::ControlFlow;
 use crate::built_scene::{Builder, ball, parts, rich, tube, values, without};
 use glam::{DQuat, DVec3};
 use mesh_core::build::{Repair, Weld};
-use mesh_io::{Format, ReadOptions, Scene, read_from};
+use mesh_io::{Format, Quantization, ReadOptions, Scene, read_from};
 use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use mesh_work::{
-    AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneRules, SceneSteps,
-    SceneTarget, SimplifiedScene, repaired_scene, scene_levels, simplify_scene,
+    AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneError, SceneRules,
+    SceneSteps, SceneTarget, SimplifiedScene, repaired_scene, scene_levels, simplify_scene,
 };
 use serde_json::{Value, json};
 use simplify::{Target, simplify};
@@ -290,6 +290,30 @@ fn an_error_limit_is_in_units_of_the_scene() {
         assert!(mesh.max <= 1.001 * limit, "{} {limit}", mesh.max);
     }
     assert!(relative.meshes[2].max > 0.5 * limit);
+}
+
+/// The rounding of a result that will be written as integers is within the error limit, and part of all errors.
+#[test]
+fn rounding_counts_for_an_error_limit() {
+    let target = SceneTarget { max_error: Some("0.05".parse().unwrap()), ..SceneTarget::default() };
+    let choices = Choices { verify: true, ..Choices::default() };
+    let quantization = Quantization { positions: 13, ..Quantization::default() };
+    let plain = SceneRules { target, choices, ..SceneRules::default() };
+    let rules = SceneRules { quantization: Some(quantization), ..plain.clone() };
+    let [(plain, _), (made, _)] = [plain, rules.clone()].map(|rules| simplified(&balls(), &rules));
+    let quantized = made.scene.quantized(&quantization).unwrap();
+    for (mesh, plain) in made.meshes.iter().zip(&plain.meshes) {
+        let upper = mesh.bound.unwrap().upper.unwrap();
+        assert!(mesh.rounding > 0.0 && plain.rounding == 0.0);
+        assert!(upper <= 0.05 && mesh.max <= upper && mesh.rounding < mesh.rms, "{mesh:?}");
+        assert!(mesh.faces[1] >= plain.faces[1]);
+    }
+    let most = made.meshes.iter().map(|mesh| mesh.rounding).fold(0.0, f64::max);
+    assert!(quantized.rounding <= most && quantized.rounding > 0.5 * most);
+    let coarse = Quantization { positions: 8, ..quantization };
+    let rules = SceneRules { quantization: Some(coarse), ..rules };
+    let refused = simplify_scene(&scene(&balls()), &rules, &mut |_| ControlFlow::Continue(()));
+    assert!(matches!(refused, Err(SceneError::Rounding { .. })), "{refused:?}");
 }
 
 /// A straight tube with a skin of two joints. An animation bends it at z = 2.

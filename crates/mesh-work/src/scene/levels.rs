@@ -64,6 +64,20 @@ pub struct SceneLevel {
     pub lost: Vec<Lost>,
 }
 
+impl SceneLevel {
+    /// Adds the rounding of the meshes of the input and of this level: in one file, they have the same grids.
+    fn add_rounding(&mut self, input: &[f64], own: &[f64]) {
+        let mut most = 0.0_f64;
+        for mesh in &mut self.meshes {
+            let of = |all: &[f64]| all.get(mesh.mesh).copied().unwrap_or(0.0);
+            let rounding = of(input).max(of(own));
+            [&mut mesh.mean, &mut mesh.rms, &mut mesh.max].map(|error| *error += rounding);
+            most = most.max(if mesh.times > 0 { rounding } else { 0.0 });
+        }
+        [&mut self.mean, &mut self.rms, &mut self.max].map(|error| *error += most);
+    }
+}
+
 /// A mesh in a level of detail of a scene. Distances are at the largest scale at which it is drawn, in the rest pose.
 #[derive(Clone, Debug)]
 pub struct MeshOfLevel {
@@ -124,7 +138,8 @@ pub fn scene_levels(
     let own = divided(scene, rules, !steps.faces.is_empty(), !steps.errors.is_empty())?;
     let scene = own.as_ref().unwrap_or(scene);
     let parts = parts(scene, rules)?;
-    let in_units = |&length: &Length| in_units(length, steps.relative, &parts);
+    let in_units =
+        |&length: &Length| rules.without_rounding(in_units(length, steps.relative, &parts)?, scene);
     let errors = steps.errors.iter().map(in_units).collect::<Result<Vec<_>, _>>()?;
     let budgets = Budgets::new(&parts, steps, rules);
     let mut runs = Vec::with_capacity(parts.len());
@@ -144,7 +159,8 @@ pub fn scene_levels(
     let count = steps.ratios.len() + steps.faces.len() + errors.len();
     let (mut levels, mut all_new) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for level in 0..count {
-        let (level, new) = level_of(scene, &runs, level)?;
+        let (mut level, new) = level_of(scene, &runs, level)?;
+        level.add_rounding(&rules.rounding(scene)?, &rules.rounding(&level.scene)?);
         levels.push(level);
         all_new.push(new);
     }

@@ -1,7 +1,7 @@
 //! What a scene is simplified to, how, and why it cannot be.
 
 use mesh_core::build::{BuildError, Repair};
-use mesh_io::{ModelError, ReadError, WriteError};
+use mesh_io::{ModelError, Quantization, ReadError, Scene, WriteError};
 use mesh_metric::SurfaceError;
 use simplify::{ReplayError, SimplifyError};
 
@@ -26,6 +26,8 @@ pub struct SceneRules {
     /// file; 0 for that one only. They are the shapes that differ most, of the nodes as they are, the morph targets,
     /// and the key frames of animations.
     pub poses: usize,
+    /// How the data of vertices will be rounded when the result is written. Error limits and errors include it.
+    pub quantization: Option<Quantization>,
     /// The repairs of the meshes. Vertices at equal positions are welded unless a weld is given.
     pub repair: Repair,
     /// Whether repairs that a mesh needs are made besides.
@@ -46,9 +48,35 @@ impl Default for SceneRules {
             attributes: AttributeRules::default(),
             keep_seams: false,
             poses: POSES,
+            quantization: None,
             repair: Repair::strict(),
             needed_repairs: true,
             join: true,
+        }
+    }
+}
+
+/// The largest growth of the box of a mesh that an error limit allows for.
+const GROWTH: f64 = 1.1;
+
+impl SceneRules {
+    /// The bound of the rounding of each mesh of a scene; all are 0 if it will not be rounded.
+    pub(super) fn rounding(&self, scene: &Scene) -> Result<Vec<f64>, SceneError> {
+        Ok(match &self.quantization {
+            Some(quantization) => scene.quantization_bounds(quantization)?,
+            None => vec![0.0; scene.mesh_count()],
+        })
+    }
+
+    /// What rounding leaves of an error limit.
+    pub(super) fn without_rounding(&self, limit: f64, scene: &Scene) -> Result<f64, SceneError> {
+        let rounding = self.rounding(scene)?.into_iter().fold(0.0, f64::max);
+        // Fitting can make the box of a result a little larger than that of the input, and its grid coarser.
+        let rounding = GROWTH * rounding;
+        if rounding == 0.0 || limit > rounding {
+            Ok(limit - rounding)
+        } else {
+            Err(SceneError::Rounding { limit, rounding })
         }
     }
 }
@@ -115,6 +143,16 @@ pub enum SceneError {
     /// The result does not fit into the scene.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The rounding of the result takes all of an error limit.
+    #[error(
+        "the error limit {limit:.3e} leaves nothing for the simplification: rounding moves vertices by up to {rounding:.3e}; raise the limit, or take more bits"
+    )]
+    Rounding {
+        /// The error limit, in units of the scene.
+        limit: f64,
+        /// The bound of the rounding.
+        rounding: f64,
+    },
     /// A length is relative to a scene without extent.
     #[error(transparent)]
     NoExtent(#[from] NoExtent),

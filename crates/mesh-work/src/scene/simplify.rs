@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use mesh_core::Topology;
 use mesh_core::build::BuildReport;
-use mesh_io::{Lost, NewMesh, Scene};
+use mesh_io::{Lost, NewMesh, NewPrimitive, Scene};
 use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::{
     AchievedError, ErrorCheck, Options, Progress, RefineOptions, Shortfall, Simplified, StopReason,
@@ -66,6 +66,23 @@ pub struct MeshOfScene {
     pub removed: Vec<usize>,
     /// The errors in the other poses that count, if the mesh deforms.
     pub deformed: Option<DeformedError>,
+    /// The bound of the rounding of positions, which all errors include.
+    pub rounding: f64,
+}
+
+impl MeshOfScene {
+    fn add_rounding(&mut self, rounding: f64) {
+        self.rounding = rounding;
+        let deformed = self.deformed.iter_mut().flat_map(|found| [&mut found.rms, &mut found.max]);
+        [&mut self.rms, &mut self.max]
+            .into_iter()
+            .chain(deformed)
+            .for_each(|error| *error += rounding);
+        if let Some(bound) = &mut self.bound {
+            bound.lower = (bound.lower - rounding).max(0.0);
+            bound.upper = bound.upper.map(|upper| upper + rounding);
+        }
+    }
 }
 
 /// Samples of a face, and the fewest and the most samples of a mesh.
@@ -96,6 +113,7 @@ pub fn simplify_scene(
     let scene = own.as_ref().unwrap_or(scene);
     let parts = parts(scene, rules)?;
     let max_error = max_error.map(|length| in_units(length, relative, &parts)).transpose()?;
+    let max_error = max_error.map(|limit| rules.without_rounding(limit, scene)).transpose()?;
     let shares = shares(&parts, rules)?;
     let (mut new, mut meshes) = (Vec::new(), Vec::new());
     for (part, share) in parts.iter().zip(&shares) {
@@ -104,6 +122,10 @@ pub fn simplify_scene(
         meshes.push(report);
     }
     let (scene, lost) = scene.replaced(&new)?;
+    let rounding = rules.rounding(&scene)?;
+    for mesh in &mut meshes {
+        mesh.add_rounding(rounding.get(mesh.mesh).copied().unwrap_or(0.0));
+    }
     Ok(SimplifiedScene { scene, meshes, lost })
 }
 
@@ -237,7 +259,9 @@ impl Part {
             options = options.within(error / self.scale, rules.choices.check());
         }
         let limit = max_error.map(|error| (error, rules.choices.check()));
-        let Candidate { result, new, deformed } = self.best(attributes, options, limit, observe)?;
+        let rounds = rules.quantization.is_some();
+        let best = self.best(attributes, options, (limit, rounds), observe)?;
+        let Candidate { result, new, deformed } = best;
         let removed = new.primitives.iter().filter(|p| p.triangles.is_empty()).map(|p| p.index);
         let removed = removed.collect();
         let report = self.report(&result, attributes.merged())?;
@@ -246,15 +270,16 @@ impl Part {
 
     /// The result of these options. If the mesh deforms, two more results are made: one without refinement, and one
     /// without poses. The result with the least error over all poses is taken. An error limit, in units of the scene,
-    /// holds in all poses, or is missed by less than if it held in the pose of the file only.
+    /// holds in all poses, or is missed by less than if it held in the pose of the file only. Weights of skins are
+    /// rounded if the result `rounds`.
     fn best(
         &self,
         attributes: &Attributes,
         mut options: Options,
-        limit: Option<(f64, ErrorCheck)>,
+        (limit, rounds): (Option<(f64, ErrorCheck)>, bool),
         observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Candidate, SceneError> {
-        let mut best = self.candidate(attributes, &options, observe)?;
+        let mut best = self.candidate(attributes, &options, rounds, observe)?;
         let is_stopped = |candidate: &Candidate| candidate.result.stop == StopReason::Cancelled;
         if let Some((limit, check)) = limit {
             let mut own = limit / self.scale;
@@ -265,7 +290,7 @@ impl Part {
                 }
                 own *= (MARGIN * limit / found).max(LEAST_STEP);
                 options = options.within(own, check);
-                let next = self.candidate(attributes, &options, observe)?;
+                let next = self.candidate(attributes, &options, rounds, observe)?;
                 if is_stopped(&next) || next.deformed.is_some_and(|next| next.max < found) {
                     best = next;
                 }
@@ -277,7 +302,7 @@ impl Part {
         let is_other = options.refine.is_any();
         for other in is_other.then_some(unrefined).into_iter().chain([options]) {
             let Some(own) = best.deformed.filter(|_| !is_stopped(&best)) else { break };
-            let next = self.candidate(attributes, &other, observe)?;
+            let next = self.candidate(attributes, &other, rounds, observe)?;
             let faces = |of: &Candidate| of.result.mesh.topology().face_count();
             let has_no_more = faces(&next) <= faces(&best);
             if is_stopped(&next) {
@@ -294,12 +319,17 @@ impl Part {
         &self,
         attributes: &Attributes,
         options: &Options,
+        rounds: bool,
         observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Candidate, SceneError> {
         let mesh = &self.loaded.mesh;
         let result =
             simplify_observed(mesh, options, observe).map_err(|source| self.error(source))?;
-        let new = self.replacement(attributes, &result.mesh, &result.vertex_map)?;
+        let mut new = self.replacement(attributes, &result.mesh, &result.vertex_map)?;
+        if rounds {
+            // The errors in other poses depend on it.
+            new.primitives.iter_mut().for_each(NewPrimitive::round_weights);
+        }
         let deformed = self.deformed(&new)?;
         Ok(Candidate { result, new, deformed })
     }
@@ -347,6 +377,7 @@ impl Part {
             is_flat_shaded: self.attributes.is_flat_shaded(),
             removed: Vec::new(),
             deformed: None,
+            rounding: 0.0,
         })
     }
 }

@@ -94,6 +94,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         choices,
         attributes: options.carry.rules(),
         keep_seams: options.keep_seams,
+        quantization: options.save.quantization(),
         ..options.scenes.rules(loading)
     };
     let steps: SceneSteps = steps.of_scene(loading.relative);

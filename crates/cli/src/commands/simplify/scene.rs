@@ -54,6 +54,9 @@ struct OfMesh {
     /// The errors in other poses, if the mesh deforms.
     #[serde(skip_serializing_if = "Option::is_none")]
     poses: Option<OfPoses>,
+    /// The bound of the rounding by --quantize, which all errors include.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rounding: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -89,6 +92,7 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
         choices,
         attributes: options.carry.rules(),
         keep_seams: options.keep_seams,
+        quantization: options.job.save.quantization(),
         ..options.scenes.rules(loading)
     };
     let bar = console.progress(scene.counts()[1], "collapsing");
@@ -174,6 +178,7 @@ impl From<&MeshOfScene> for OfMesh {
                 rms,
                 max,
             }),
+            rounding: (mesh.rounding > 0.0).then_some(mesh.rounding),
         }
     }
 }
@@ -204,6 +209,10 @@ fn summary(report: &Report<Results>) -> String {
         if let Some(AchievedError { lower, upper: Some(upper) }) = mesh.error {
             text += &format!(", proved between {lower:.6e} and {upper:.6e}");
         }
+    }
+    let rounding = found.meshes.iter().filter_map(|mesh| mesh.rounding).fold(0.0, f64::max);
+    if rounding > 0.0 {
+        text += &format!("\n  distances include up to {rounding:.3e} for rounding");
     }
     if found.meshes.len() > MOST_LINES {
         text += &format!("\n  and {} more", found.meshes.len() - MOST_LINES);
