@@ -367,5 +367,8 @@ pub(crate) fn written<'py>(py: Python<'py>, report: &WriteReport) -> PyResult<Bo
     found.set_item("rounding", report.rounding)?;
     found.set_item("dropped", report.lost.iter().map(ToString::to_string).collect::<Vec<_>>())?;
     found.set_item("kept", &report.kept)?;
+    if !report.stayed.is_empty() {
+        found.set_item("stayed", &report.stayed)?;
+    }
     Ok(found)
 }

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use ::simplify::Progress;
 use mesh_core::build::BuildReport;
-use mesh_io::{Format, Lost, ReadOptions, Scene, WriteError, WriteOptions};
+use mesh_io::{
+    Compression, Format, Lost, Quantization, ReadOptions, Scene, WriteError, WriteOptions,
+};
 use mesh_work::{
     MeshOfScene, SceneBudget, SceneRules, SceneSteps, SceneTarget, scene_levels,
     simplify_scene as simplify_meshes, splits_vertices,
@@ -194,19 +196,26 @@ pub(crate) fn read_scene(
 
 /// Writes a scene to a file, whole or not at all.
 #[pyfunction]
-#[pyo3(signature = (call, path, scene, *, format=None))]
+#[pyo3(signature = (call, path, scene, *, format=None, compress="none", quantize=None))]
 pub(crate) fn write_scene<'py>(
     py: Python<'py>,
     call: &Call,
     path: PathBuf,
     scene: &SceneData,
     format: Option<&str>,
+    compress: &str,
+    quantize: Option<u8>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let format = format.map(|name| choose("format", name, FORMATS)).transpose();
-    let options = WriteOptions {
-        format: format.map_err(|failure| failure.raise(py))?,
-        ..WriteOptions::default()
+    let compressions = [("none", Compression::None), ("meshopt", Compression::Meshopt)];
+    let options = || -> Result<WriteOptions, Failure> {
+        Ok(WriteOptions {
+            format: format.map(|name| choose("format", name, FORMATS)).transpose()?,
+            compression: choose("compress", compress, &compressions)?,
+            quantization: quantize.map(Quantization::with_bits),
+            ..WriteOptions::default()
+        })
     };
+    let options = options().map_err(|failure| failure.raise(py))?;
     let scene = scene.shared();
     let report = run(py, call, move |_| {
         scene.0.scene.write(&path, &options).map_err(|error| Ended::from(Failure::from(error)))

@@ -183,6 +183,19 @@ def test_a_scene_is_written_as_it_was(scene: cm.Scene, tmp_path: Path) -> None:
     assert file.getvalue() == scene.to_bytes()
 
 
+def test_a_scene_is_rounded_and_compressed(scene: cm.Scene, tmp_path: Path) -> None:
+    plain, rounded, small = (tmp_path / name for name in ("plain.glb", "rounded.glb", "small.glb"))
+    scene.save(plain)
+    told = scene.save(rounded, quantize=True)
+    assert 0 < told["rounding"] < 1e-3 and "KHR_mesh_quantization" in cm.read_scene(rounded).extensions
+    assert np.allclose(cm.read_scene(rounded).mesh().vertices, scene.mesh().vertices, atol=2 * told["rounding"])
+    more = cm.write_scene(small, scene, quantize=12, compress="meshopt")
+    assert more["rounding"] > told["rounding"]
+    assert {"EXT_meshopt_compression", "KHR_mesh_quantization"} <= set(cm.read_scene(small).extensions)
+    assert small.stat().st_size < rounded.stat().st_size < plain.stat().st_size
+    assert cm.read_scene(small).face_count == scene.face_count
+
+
 def test_scenes_are_pickled_copied_and_compared_by_content(scene: cm.Scene, given: bytes) -> None:
     again = pickle.loads(pickle.dumps(scene))
     assert again == scene and again is not scene and again.to_bytes() == scene.to_bytes()
@@ -394,6 +407,8 @@ WRONG: list[tuple[Callable[[Any, Any], object], type[Exception], str]] = [
     (lambda s, at: cm.read_scene(b"glTF"), cm.ReadError, ""),
     (lambda s, at: cm.read_scene(s.face_count), cm.OptionError, "path"),
     (lambda s, at: s.save(at / "a.ply"), cm.WriteError, "holds no scenes"),
+    (lambda s, at: s.save(at / "a.glb", quantize=20), cm.OptionError, "from 8 to 16"),
+    (lambda s, at: s.save(at / "a.glb", compress="zip"), cm.OptionError, '"meshopt"'),
     (lambda s, at: s.write(io.BytesIO()), cm.OptionError, "format="),
     (lambda s, at: s.to_bytes("obj"), cm.OptionError, '"gltf"'),
     (lambda s, at: cm.read_scene(s.to_bytes(), max_memory=10), cm.ReadError, "max_memory="),

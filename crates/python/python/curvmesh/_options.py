@@ -45,6 +45,7 @@ Outline = Literal["best", "circle", "ellipse", "sagitta"]
 CoverMethod = Literal["best", "greedy", "sequential"]
 Format = Literal["obj", "ply", "stl", "off", "gltf", "glb"]
 SceneFormat = Literal["gltf", "glb"]
+Compress = Literal["none", "meshopt"]
 Per = Literal["scene", "node", "mesh"]
 External = Literal["none", "folder", "any"]
 Encoding = Literal["usual", "text", "little-endian", "big-endian"]
@@ -172,7 +173,7 @@ _KINDS: dict[str, Callable[[str, Any], Any]] = {
     "Progress": _progress,
     **dict.fromkeys(
         ("str", "Preset", "Placement", "Norm", "Estimator", "Area", "Sections", "Outline", "CoverMethod")
-        + ("Format", "External", "Encoding", "Precision", "Layout", "Up", "Engine", "SceneFormat", "Per"),
+        + ("Format", "External", "Encoding", "Precision", "Layout", "Up", "Engine", "SceneFormat", "Compress", "Per"),
         _text,
     ),
 }

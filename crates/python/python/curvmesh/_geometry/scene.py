@@ -17,7 +17,7 @@ from .mesh import Mesh
 from .simplify import Charts, ErrorBounds, Shortfall, _choices, _rules, _shortfall
 
 if TYPE_CHECKING:
-    from .._options import External, File, Length, Norm, Per, Placement, Preset, SceneFormat
+    from .._options import Compress, External, File, Length, Norm, Per, Placement, Preset, SceneFormat
 
 __all__ = [
     "MeshOfLevel",
@@ -295,6 +295,8 @@ def write_scene(
     scene: Any,
     *,
     format: SceneFormat | None = None,
+    compress: Compress = "none",
+    quantize: bool | int = False,
     progress: Progress = None,
     threads: int | None = None,
 ) -> dict[str, Any]:
@@ -308,11 +310,17 @@ def write_scene(
         A scene, or a result with a ``scene``.
     format : str, optional
         ``"gltf"`` or ``"glb"``.
+    compress : str
+        ``"meshopt"`` compresses the data (``EXT_meshopt_compression``). All values stay the same.
+    quantize : bool or int
+        Round the data of vertices to integers (``KHR_mesh_quantization``): positions and texture coordinates of
+        16 bits, or of the given number of bits, from 8 to 16; normals, tangents, colours and weights of 8 bits.
 
     Returns
     -------
     dict
-        As of :func:`write`.
+        As of :func:`write`. With `quantize`, ``rounding`` is the largest distance by which a vertex moves, in units
+        of the scene, and ``stayed`` lists what could not be rounded, with the reason, if anything.
 
     Raises
     ------
@@ -321,10 +329,21 @@ def write_scene(
         too.
     """
     data = _scene(scene)._data
+    options: dict[str, Any] = {"format": format, "compress": compress, "quantize": _bits(quantize)}
     with calling("writing", progress, threads) as call:
         if isinstance(path, (str, os.PathLike)):
-            return _core.write_scene(call, os.fspath(path), data, format=format)
-        return _write_to(path, lambda inside: _core.write_scene(call, inside, data, format=format), format)
+            return _core.write_scene(call, os.fspath(path), data, **options)
+        return _write_to(path, lambda inside: _core.write_scene(call, inside, data, **options), format)
+
+
+def _bits(quantize: bool | int) -> int | None:
+    """The number of bits to which data are rounded, if they are."""
+    if isinstance(quantize, bool):
+        return 16 if quantize else None
+    bits = whole("quantize", quantize)
+    if not 8 <= bits <= 16:
+        raise OptionError(f"quantize={bits}: the number of bits is from 8 to 16")
+    return bits
 
 
 @dataclass(frozen=True)
