@@ -443,6 +443,26 @@ fn borders_between_meshes_in_the_same_place_stay_closed() {
     );
 }
 
+/// Positions in a buffer, some of which are replaced: the integers are those of the result.
+#[test]
+fn replaced_positions_are_rounded() {
+    let mut builder = Builder::new();
+    let tube = tube(8, 4);
+    let accessor = builder.positions(&tube.positions);
+    let moved =
+        builder.sparse(tube.positions.len(), &[(3, [9.0, 8.0, -7.0]), (11, [0.5, 0.5, 0.5])]);
+    let sparse = builder.json["accessors"][moved]["sparse"].clone();
+    builder.json["accessors"][accessor]["sparse"] = sparse;
+    let primitive = json!({ "attributes": { "POSITION": accessor }, "indices": builder.indices(&tube.triangles) });
+    builder.push("meshes", json!({ "primitives": [primitive] }));
+    builder.node(json!({ "mesh": 0 }));
+    let before = scene(&builder.glb());
+    let after = quantized(&before);
+    check(&before, &after);
+    assert!(after.rounding > 0.0 && after.scene.json()["accessors"][0].get("sparse").is_none());
+    assert_eq!(after.scene.json()["accessors"][0]["max"][0], 65535);
+}
+
 /// What cannot be rounded stays, and is named.
 #[test]
 fn what_stays_is_named() {

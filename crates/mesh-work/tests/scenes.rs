@@ -304,7 +304,8 @@ fn rounding_counts_for_an_error_limit() {
     let quantized = made.scene.quantized(&quantization).unwrap();
     for (mesh, plain) in made.meshes.iter().zip(&plain.meshes) {
         let upper = mesh.bound.unwrap().upper.unwrap();
-        assert!(mesh.rounding > 0.0 && plain.rounding == 0.0);
+        // Instances of the first mesh are drawn, so its positions stay as they are.
+        assert!((mesh.rounding > 0.0) == (mesh.times == 1) && plain.rounding == 0.0);
         assert!(upper <= 0.05 && mesh.max <= upper && mesh.rounding < mesh.rms, "{mesh:?}");
         assert!(mesh.faces[1] >= plain.faces[1]);
     }

@@ -224,19 +224,17 @@ impl Extent {
             self.reason = self.reason.or(Some("the file does not hold its positions"));
         }
         self.has_floats |= !is_change;
-        let mut own = *self;
         let mut is_finite = true;
-        values.each::<3>(0.0, |_, value| {
+        for value in values.to_vec::<3>(0.0)? {
             let value = DVec3::from_array(value.map(f64::from));
             is_finite &= value.is_finite();
             if is_change {
-                own.change = own.change.max(value.abs().max_element());
+                self.change = self.change.max(value.abs().max_element());
             } else {
-                own.least = own.least.min(value);
-                own.most = own.most.max(value);
+                self.least = self.least.min(value);
+                self.most = self.most.max(value);
             }
-        })?;
-        *self = own;
+        }
         if !is_finite {
             self.reason = self.reason.or(Some("some of its positions are not finite"));
         }

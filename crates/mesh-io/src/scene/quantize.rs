@@ -11,7 +11,7 @@ use super::references::{Target, each_reference};
 use super::replace::drop_unused_names;
 use super::vertex_data::VertexData;
 use crate::error::{ReadErrorKind, WriteError};
-use crate::gltf::accessor::{Bytes, Document, Values};
+use crate::gltf::accessor::{Bytes, Document, at};
 use crate::gltf::schema::{Attributes, Mesh, Primitive};
 use crate::scalars::ScalarType;
 use crate::text::quote;
@@ -123,11 +123,7 @@ impl Scene {
         }
         stayed.dedup();
         let root = root_of(&json).map_err(|error| {
-            ReadErrorKind::malformed(
-                crate::gltf::accessor::at("the scene"),
-                "a document",
-                error.to_string(),
-            )
+            ReadErrorKind::malformed(at("the scene"), "a document", error.to_string())
         })?;
         let scene = self.with(json, Document { root, buffers });
         Ok(QuantizedScene { scene, rounding, stayed })
@@ -325,7 +321,8 @@ impl Made<'_> {
         if values.component() != ScalarType::F32 || values.is_nothing() || values.count() == 0 {
             return Ok(0.0);
         }
-        let [least, most] = range(&values, width)?;
+        let all = values.to_vec::<4>(0.0)?;
+        let [least, most] = range(&all, width);
         let Form { name, component, bits, limits } = role.form(self.options, least);
         let grid = match role {
             Role::Position | Role::Shift => {
@@ -346,7 +343,7 @@ impl Made<'_> {
         // Fewer bits are the upper ones, so that the largest number still stands for 1.
         let unit = f64::from(1_u32 << (8 * as_u32(component.bytes()) - bits).min(31));
         let (one, mut bytes, mut farthest) = (form.one(), Vec::new(), 0.0_f64);
-        values.each::<4>(0.0, |_, value| {
+        for value in all {
             let mut distance = 0.0;
             for (axis, number) in value.into_iter().take(width).map(f64::from).enumerate() {
                 let Some(Grid { origin, step }) = grid else {
@@ -359,7 +356,7 @@ impl Made<'_> {
                 form.encode(whole, &mut bytes);
             }
             farthest = farthest.max(distance);
-        })?;
+        }
         // Colours, and positive coordinates, may be integers in every file.
         self.needs_extension |=
             !matches!(role, Role::Color) && component != ScalarType::U16 || role == Role::Position;
@@ -528,16 +525,17 @@ impl Role {
 }
 
 /// The least and the largest component. A number that is not finite makes both infinite.
-fn range(values: &Values<'_>, width: usize) -> Result<[f64; 2], ReadErrorKind> {
+fn range(values: &[[f32; 4]], width: usize) -> [f64; 2] {
     let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-    values.each::<4>(0.0, |_, value| {
-        for number in value.into_iter().take(width).map(f64::from) {
-            let is_finite = number.is_finite();
-            range[0] = range[0].min(if is_finite { number } else { f64::NEG_INFINITY });
-            range[1] = range[1].max(if is_finite { number } else { f64::INFINITY });
-        }
-    })?;
-    Ok(range)
+    for number in values.iter().flat_map(|value| value.iter().take(width)) {
+        let [least, most] = if number.is_finite() {
+            [f64::from(*number); 2]
+        } else {
+            [f64::NEG_INFINITY, f64::INFINITY]
+        };
+        range = [range[0].min(least), range[1].max(most)];
+    }
+    range
 }
 
 /// All attributes with their accessors, and whether they are changes of a morph target.

@@ -71,10 +71,14 @@ impl SceneLevel {
         for mesh in &mut self.meshes {
             let of = |all: &[f64]| all.get(mesh.mesh).copied().unwrap_or(0.0);
             let rounding = of(input).max(of(own));
-            [&mut mesh.mean, &mut mesh.rms, &mut mesh.max].map(|error| *error += rounding);
+            for error in [&mut mesh.mean, &mut mesh.rms, &mut mesh.max] {
+                *error += rounding;
+            }
             most = most.max(if mesh.times > 0 { rounding } else { 0.0 });
         }
-        [&mut self.mean, &mut self.rms, &mut self.max].map(|error| *error += most);
+        for error in [&mut self.mean, &mut self.rms, &mut self.max] {
+            *error += most;
+        }
     }
 }
 
