@@ -3,6 +3,7 @@
 use super::disjoint::Sets;
 use super::document::{Scene, list_mut, push};
 use super::extensions::occurs;
+use super::references::{Target, each_reference};
 use crate::error::ReadErrorKind;
 use crate::gltf::scene::{each_node, local};
 use crate::gltf::schema::{Attributes, Primitive};
@@ -10,7 +11,7 @@ use crate::scalars::ScalarType;
 use glam::{DMat4, DVec3};
 use mesh_core::as_u32;
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const POINTER: &str = "KHR_animation_pointer";
 /// Extensions of nodes that do not depend on their transforms.
@@ -92,9 +93,13 @@ impl Grids {
         let mut extents = vec![Extent::NONE; root.meshes.len() + root.skins.len()];
         let mut users = BTreeMap::new();
         let obstacles = Obstacles::of(scene);
+        let is_only = only_positions(scene);
         for ((index, mesh), extent) in (0..meshes).zip(&root.meshes).zip(&mut extents) {
             for primitive in &mesh.primitives {
                 for (accessor, is_change) in positions(primitive) {
+                    if !is_only.contains(&(accessor, is_change)) {
+                        extent.reason = extent.reason.or(Some("other data are its positions too"));
+                    }
                     sets.join(index, *users.entry(accessor).or_insert(index));
                     extent.add(scene, accessor, is_change)?;
                 }
@@ -318,6 +323,24 @@ fn positions(primitive: &Primitive) -> impl Iterator<Item = (u32, bool)> {
     let of = |attributes: &Attributes| attributes.get("POSITION");
     let changes = primitive.targets.iter().filter_map(of).map(|accessor| (accessor, true));
     of(&primitive.attributes).map(|accessor| (accessor, false)).into_iter().chain(changes)
+}
+
+/// The accessors that are used as positions only, or as changes of positions only.
+fn only_positions(scene: &Scene) -> BTreeSet<(u32, bool)> {
+    let mut uses: BTreeMap<u64, usize> = BTreeMap::new();
+    each_reference(&mut scene.json.clone(), Target::Accessor, &mut |index| {
+        *uses.entry(index.as_u64().unwrap_or(u64::MAX)).or_default() += 1;
+    });
+    let mut found: BTreeMap<(u32, bool), usize> = BTreeMap::new();
+    for primitive in scene.root().meshes.iter().flat_map(|mesh| &mesh.primitives) {
+        for use_as in positions(primitive) {
+            *found.entry(use_as).or_default() += 1;
+        }
+    }
+    let is_only = |((accessor, _), count): &((u32, bool), usize)| {
+        uses.get(&u64::from(*accessor)) == Some(count)
+    };
+    found.into_iter().filter(is_only).map(|(use_as, _)| use_as).collect()
 }
 
 /// What the document says about meshes whose positions cannot be rounded.
