@@ -131,7 +131,8 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     let versions: Vec<Option<String>> = tools.iter().map(|t| environment.version(t)).collect();
     let machine = Machine::this();
     let file = out.join("peers.jsonl");
-    let mut rows = if options.resume && file.exists() { record::read(&file)? } else { Vec::new() };
+    let mut rows =
+        if options.resume && file.exists() { json_lines::read(&file)? } else { Vec::new() };
     let runs = options.meshes.len() * targets.len() * tools.len();
     let bar = progress_bar(runs);
     for name in &options.meshes {

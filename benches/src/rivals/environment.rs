@@ -15,7 +15,7 @@ use crate::timing::Cost;
 
 /// The programs that are written to the folder and run there.
 const SOURCES: [(&str, &str); 5] = [
-    ("simplify.py", include_str!("../peers/simplify.py")),
+    ("simplify.py", include_str!("../peers/drivers/simplify.py")),
     ("errors.py", include_str!("../peers/errors.py")),
     ("flips.py", include_str!("flips.py")),
     ("distances.py", include_str!("distances.py")),

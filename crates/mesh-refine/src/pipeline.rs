@@ -248,8 +248,8 @@ impl<'a> Pipeline<'a> {
             done.follow(&report.vertex_map);
             report
         };
-        done.max_error = Some(match done.max_error.take() {
-            Some(earlier) => earlier.then(report),
+        done.max_error = Some(match &done.max_error {
+            Some(earlier) => earlier.then(&report),
             None => report,
         });
         Ok(())

@@ -111,7 +111,7 @@ pub struct MaxErrorReport {
 impl MaxErrorReport {
     /// The report of both runs, one after the other.
     #[must_use]
-    pub(crate) fn then(self, next: Self) -> Self {
+    pub(crate) fn then(&self, next: &Self) -> Self {
         let follow =
             |v: &Option<VertexId>| v.and_then(|v| next.vertex_map.get(v).copied().flatten());
         let vertex_map = self.vertex_map.as_slice().iter().map(follow).collect();
