@@ -5,7 +5,7 @@
 //! closest point in its chart.
 
 use glam::DVec3;
-use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap, as_u32};
+use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, VertexMap, as_u32};
 use mesh_io::{Blend, Model, ModelError};
 use simplify::{
     AttributeOptions, CornerAttributes, CornerSource, Options, SimplifyError, Target,
@@ -73,7 +73,7 @@ impl Attributes {
         let model = if rules.carry { source.model } else { &bare };
         let mut seams = Seams::find(topology, source.provenance, model);
         if let Some(normals) = &model.corner_normals {
-            flat_shaded = is_flat_shaded(topology, &seams, normals);
+            flat_shaded = is_flat_shaded(source.mesh, &seams, normals);
             if rules.keep_creases && !flat_shaded {
                 seams.add_creases(topology, normals, rules.crease_angle);
             }
@@ -266,14 +266,20 @@ pub(crate) struct Sources {
 /// Normals whose components differ by less are equal.
 const SAME_NORMAL: f32 = 1e-3;
 
-/// Whether nearly every face has one normal at its three corners, and few edges have equal normals on both
-/// sides.
-fn is_flat_shaded(topology: &Topology, seams: &Seams, normals: &[[f32; 3]]) -> bool {
+/// The smallest cosine between the normal of a face and a normal of the file that stands for it: 3°.
+const OF_FACE: f64 = 0.9986;
+
+/// Whether nearly every face has one normal at its three corners, or about its own normal at each of them, and few edges
+/// have equal normals on both sides.
+fn is_flat_shaded(mesh: &TriMesh, seams: &Seams, normals: &[[f32; 3]]) -> bool {
+    let topology = mesh.topology();
     let normal = |h: HalfEdgeId| glam::Vec3::from(normals[seams.corner(h)]);
     let same = |a, b| normal(a).abs_diff_eq(normal(b), SAME_NORMAL);
     let is_uniform = |&f: &_| {
         let [a, b, c] = topology.face_half_edges(f);
-        same(a, b) && same(b, c)
+        let own = mesh.face_cross(f).normalize_or_zero();
+        let is_own = |h| normal(h).as_dvec3().normalize_or_zero().dot(own) > OF_FACE;
+        (same(a, b) && same(b, c)) || [a, b, c].into_iter().all(is_own)
     };
     let inner = topology.edges().filter(|&e| !topology.is_boundary_edge(e));
     let is_smooth = |h: HalfEdgeId| same(h, topology.next(h.twin()));

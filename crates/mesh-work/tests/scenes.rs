@@ -677,3 +677,34 @@ fn the_smallest_charts_of_all_meshes_are_merged_first() {
     assert!(charts.len() == 2 && charts.iter().all(|charts| charts[0] == 256), "{charts:?}");
     assert!(charts[0][1] < charts[1][1], "{charts:?}");
 }
+
+/// A ball that is drawn flat, as exporters write it: each triangle has three vertices of its own, whose normals are
+/// about the normal of the face. With smooth normals it is not flat.
+#[test]
+fn normals_near_those_of_the_faces_are_flat() {
+    let (positions, triangles) = ball(24, 12);
+    let corners: Vec<[f32; 3]> =
+        triangles.iter().flatten().map(|&v| positions[v as usize]).collect();
+    let indices: Vec<[u32; 3]> =
+        (0..triangles.len() as u32).map(|f| [3 * f, 3 * f + 1, 3 * f + 2]).collect();
+    let radial = |p: [f32; 3]| glam::Vec3::from(p).normalize();
+    let flat = |at: usize| {
+        let [a, b, c] = [0, 1, 2].map(|k| glam::Vec3::from(corners[at - at % 3 + k]));
+        // Each corner leans a little towards its own smooth normal.
+        (b - a).cross(c - a).normalize().lerp(radial(corners[at]), 0.1)
+    };
+    let smooth = |at: usize| radial(corners[at]);
+    for (normal, is_flat) in [(&flat as &dyn Fn(usize) -> glam::Vec3, true), (&smooth, false)] {
+        let normals: Vec<[f32; 3]> =
+            (0..corners.len()).map(|at| normal(at).normalize().into()).collect();
+        let mut builder = Builder::new();
+        let primitive = json!({
+            "attributes": { "POSITION": builder.positions(&corners), "NORMAL": builder.floats(&normals) },
+            "indices": builder.indices(&indices),
+        });
+        builder.push("meshes", json!({ "primitives": [primitive] }));
+        builder.node(json!({ "mesh": 0 }));
+        let (made, _) = simplified(&builder.glb(), &to_ratio(0.5));
+        assert_eq!(made.meshes[0].is_flat_shaded, is_flat);
+    }
+}
