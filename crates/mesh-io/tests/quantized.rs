@@ -509,7 +509,8 @@ fn what_stays_is_named() {
         let attributes = &mut builder.json["meshes"][0]["primitives"][0]["attributes"];
         attributes["NORMAL"] = attributes["POSITION"].clone();
     };
-    let cases: [(&dyn Fn(&mut Builder), &str); 3] =
+    type Edit<'a> = &'a dyn Fn(&mut Builder);
+    let cases: [(Edit<'_>, &str); 3] =
         [(&thick, "thickness"), (&instances, "instances"), (&normals, "other data")];
     for (edit, why) in cases {
         let (stayed, rounding, found) = with(edit);

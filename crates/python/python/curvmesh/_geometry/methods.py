@@ -29,6 +29,8 @@ class _Method:
 class Methods:
     """The methods. ``methods.pyi`` shows type checkers the functions themselves."""
 
+    __slots__ = ()
+
     curvature = _Method("curvature", "curvature")
     distance = _Method("distance", "distance")
     flip = _Method("flip", "flip")
