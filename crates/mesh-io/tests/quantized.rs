@@ -318,6 +318,16 @@ fn nodes_and_skins_undo_the_grids() {
     }
     let inverse = |json: &Value| json["skins"][0]["inverseBindMatrices"].clone();
     assert_ne!(inverse(old), inverse(new));
+    // A reader that ignores skins finds the mesh in its place.
+    let drawn = |scene: &Scene| {
+        let mut bytes = Vec::new();
+        scene.write_to(&mut bytes, Format::Glb).unwrap();
+        let model = read_from(&mut &bytes[..], &ReadOptions::default()).unwrap();
+        model.soup.positions().to_vec()
+    };
+    let pairs = drawn(&before).into_iter().zip(drawn(&after.scene));
+    let apart = pairs.map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+    assert!(apart > 0.0 && apart <= 2.0 * after.rounding, "{apart} {}", after.rounding);
     let kinds = |attributes: &Value| -> Vec<(String, u64, bool)> {
         let attributes = attributes.as_object().unwrap().iter();
         let kind = |(name, accessor): (&String, &Value)| {

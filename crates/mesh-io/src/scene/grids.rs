@@ -149,7 +149,8 @@ impl Grids {
         })
     }
 
-    /// Lets the nodes and skins undo the grids. `push_matrices` stores inverse bind matrices, and returns the accessor.
+    /// Lets the nodes and skins undo the grids. The transform of a node with a skin does not count, but readers that show
+    /// meshes without their skins, as ours for single meshes does, take it. `push_matrices` stores inverse bind matrices, and returns the accessor.
     pub(super) fn undo(
         &self,
         scene: &Scene,
@@ -160,9 +161,8 @@ impl Grids {
         let moved = moved(scene);
         let mut drawing = BTreeMap::new();
         for (index, node) in root.nodes.iter().enumerate() {
-            let is_skinned = node.skin.is_some_and(|skin| (skin as usize) < root.skins.len());
             let grid = node.mesh.and_then(|mesh| self.of_meshes.get(mesh as usize).copied());
-            let Some(grid) = grid.flatten().filter(|_| !is_skinned) else { continue };
+            let Some(grid) = grid.flatten() else { continue };
             let Some(object) = list_mut(json, "nodes").get_mut(index) else { continue };
             let Some(object) = object.as_object_mut() else { continue };
             let extensions = object.get("extensions").and_then(Value::as_object);
@@ -175,7 +175,7 @@ impl Grids {
                 continue;
             }
             let mut below = Map::new();
-            for name in ["mesh", "weights"] {
+            for name in ["mesh", "weights", "skin"] {
                 if let Some(value) = object.remove(name) {
                     below.insert(name.to_owned(), value);
                 }

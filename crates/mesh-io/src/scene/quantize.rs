@@ -44,9 +44,9 @@ impl Scene {
     /// The scene with positions, normals, tangents, texture coordinates, colours, weights and morph targets as integers
     /// (`KHR_mesh_quantization`), which readers of the file must know.
     ///
-    /// Nodes and skins undo the grid of positions. A node that is animated, or has children or a camera, gets a new node
-    /// below it for this. Meshes that are drawn in the same place have the same grid, so borders between them stay
-    /// closed. What is not a floating-point number already, or out of the range of the integers, stays as it is.
+    /// Nodes and skins undo the grid of positions; a node with a skin does so as well, for readers that ignore skins. A
+    /// node that is animated, or has children or a camera, gets a new node below it for this. Meshes that are drawn in
+    /// the same place have the same grid, so borders between them stay closed. What is not a floating-point number already, or out of the range of the integers, stays as it is.
     ///
     /// # Errors
     /// A [`WriteError`]: the options are out of range, or data cannot be read.
