@@ -5,11 +5,10 @@ core, the bytes used beyond the input (the least of the repeats), a lower and an
 """
 
 import sys
-import time
 
 import numpy as np
 
-from simplify import ENOUGH, memory, read
+from simplify import read, timed
 
 SEED = 1
 
@@ -68,34 +67,6 @@ def libigl(first, second, _):
 
 
 METHODS = {"cascading": cascading, "meshlab": meshlab, "open3d": open3d, "libigl": libigl}
-
-
-def timed(repeats, prepare):
-    """The least cost of some calls, and the last result with a function that converts it. `prepare` is not timed."""
-    least, least_cpu, total, peak = float("inf"), float("inf"), 0.0, "-"
-    for count in range(repeats):
-        try:
-            run, convert = prepare()
-        except ImportError as error:
-            # It is installed, so a library that it links to is missing.
-            sys.exit(f"it cannot start: {error}; install that, or leave it out with --tools")
-        before = None
-        if count == 0:
-            try:
-                with open("/proc/self/clear_refs", "w") as file:
-                    file.write("5")
-                before = memory("VmRSS:")
-            except OSError:
-                pass
-        start, worked = time.perf_counter(), time.process_time()
-        result = run()
-        seconds, cpu = time.perf_counter() - start, time.process_time() - worked
-        if before is not None:
-            peak = max(memory("VmHWM:") - before, 0)
-        least, least_cpu, total = min(least, seconds), min(least_cpu, cpu), total + seconds
-        if total > ENOUGH:
-            break
-    return (least, least_cpu, peak), (result, convert)
 
 
 def main():

@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 
-from simplify import read, write
+from simplify import read, timed, write
 
 
 def meshlab(vertices, triangles, work):
@@ -22,8 +22,7 @@ def meshlab(vertices, triangles, work):
         work(meshes)
         return meshes.current_mesh()
 
-    # The mesh lives as long as the set.
-    return run, lambda mesh, _=meshes: (mesh.vertex_matrix(), mesh.face_matrix())
+    return run, lambda mesh: (mesh.vertex_matrix(), mesh.face_matrix())
 
 
 # All options: those that are not given keep the values of an earlier call.
@@ -130,8 +129,6 @@ def main():
         for path in (s.rstrip("\n") for t in (sys.argv[1:], sys.stdin) for s in t):
             print(*quality(*read(path)), flush=True)
         return
-    from distances import timed
-
     method, _, repeats, source, target = sys.argv[1:]
     name, _, criterion = method.partition(" ")
     mesh = read(source)

@@ -129,7 +129,7 @@ impl Tool {
         TOOLS.iter().filter(move |tool| tool.kind == kind)
     }
 
-    /// The tools of these names.
+    /// Finds the tools by their names.
     pub(super) fn chosen(kind: Kind, names: &[String]) -> Result<Vec<&'static Self>, Failure> {
         let find = |name: &String| {
             Self::all(kind).find(|tool| tool.name == name).ok_or_else(|| {

@@ -262,11 +262,16 @@ def memory(field):
                 return 1024 * int(line.split()[1])
 
 
-def run(prepare, kind, value, threads, repeats, source, target):
-    mesh = read(source)
+def timed(repeats, prepare):
+    """The least times and the memory of some calls, and the last result with a function that converts it. `prepare`
+    returns the call and that function; it is not timed."""
     least, least_cpu, total, peak = float("inf"), float("inf"), 0.0, "-"
-    for count in range(int(repeats)):
-        work, arrays = prepare(*mesh, kind, float(value), int(threads))
+    for count in range(repeats):
+        try:
+            work, convert = prepare()
+        except ImportError as error:
+            # It is installed, so a library that it links to is missing.
+            sys.exit(f"it cannot start: {error}; install that, or leave it out with --tools")
         before = None
         if count == 0:
             try:
@@ -283,8 +288,16 @@ def run(prepare, kind, value, threads, repeats, source, target):
         least, least_cpu, total = min(least, seconds), min(least_cpu, cpu), total + seconds
         if total > ENOUGH:
             break
+    # What the call refers to may own the result.
+    return (least, least_cpu, peak), (result, lambda result, _=work: convert(result))
+
+
+def run(prepare, kind, value, threads, repeats, source, target):
+    mesh = read(source)
+    cost, (result, arrays) = timed(int(repeats), lambda: prepare(*mesh, kind, float(value), int(threads)))
     vertices, triangles = arrays(result)
     write(target, vertices, triangles)
+    least, least_cpu, peak = cost
     return f"{least} {len(triangles)} {peak} {least_cpu}"
 
 
