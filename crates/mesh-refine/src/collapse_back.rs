@@ -68,6 +68,13 @@ pub struct Back {
     pub remap: Remap,
 }
 
+/// Replaces the vertices of a map by those of the next mesh.
+pub(crate) fn follow(map: &mut VertexMap<Option<VertexId>>, next: &VertexMap<Option<VertexId>>) {
+    for new in map.as_mut_slice() {
+        *new = new.and_then(|v| next.get(v).copied().flatten());
+    }
+}
+
 /// Collapses edges by the memoryless metric and closes the gaps. If the observer stops the run, more faces than wanted
 /// remain.
 pub(crate) fn collapse_back(

@@ -6,6 +6,7 @@ use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal_observed};
+use crate::collapse_back::follow;
 use crate::curve::Curve;
 use crate::error::RefineError;
 use crate::fit::constraints::FitConstraints;
@@ -73,9 +74,7 @@ impl Refined {
     pub fn follow(&mut self, then: &VertexMap<Option<VertexId>>) {
         match &mut self.vertex_map {
             None => self.vertex_map = Some(then.clone()),
-            Some(map) => map.as_mut_slice().iter_mut().for_each(|new| {
-                *new = new.and_then(|v| then.get(v).copied().flatten());
-            }),
+            Some(map) => follow(map, then),
         }
     }
 }
@@ -248,7 +247,7 @@ impl<'a> Pipeline<'a> {
             done.follow(&report.vertex_map);
             report
         };
-        done.max_error = Some(match &done.max_error {
+        done.max_error = Some(match done.max_error.take() {
             Some(earlier) => earlier.then(&report),
             None => report,
         });

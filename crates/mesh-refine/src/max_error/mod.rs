@@ -18,7 +18,7 @@ use mesh_collapse::{Boundary, NewIntersections, Phase};
 use mesh_core::{EdgeId, Handle, RemapOf, TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
-use crate::collapse_back::{Back, CollapseBack, collapse_back};
+use crate::collapse_back::{Back, CollapseBack, collapse_back, follow};
 use crate::error::RefineError;
 use crate::fit::FitOptions;
 use crate::fit::constraints::FitConstraints;
@@ -111,17 +111,12 @@ pub struct MaxErrorReport {
 impl MaxErrorReport {
     /// The report of both runs, one after the other.
     #[must_use]
-    pub(crate) fn then(&self, next: &Self) -> Self {
-        let follow =
-            |v: &Option<VertexId>| v.and_then(|v| next.vertex_map.get(v).copied().flatten());
-        let vertex_map = self.vertex_map.as_slice().iter().map(follow).collect();
-        Self {
-            rounds: self.rounds + next.rounds,
-            kept: self.kept + next.kept,
-            largest_before: self.largest_before,
-            largest_after: next.largest_after,
-            vertex_map: VertexMap::from_vec(vertex_map),
-        }
+    pub(crate) fn then(mut self, next: &Self) -> Self {
+        follow(&mut self.vertex_map, &next.vertex_map);
+        self.rounds += next.rounds;
+        self.kept += next.kept;
+        self.largest_after = next.largest_after;
+        self
     }
 }
 
@@ -211,9 +206,7 @@ pub(crate) fn reduce_max_error_observed(
             }
         }
         if let Some((Back { vertex_map, constraints: following, remap }, change)) = better {
-            for new in map.as_mut_slice() {
-                *new = new.and_then(|v| vertex_map.get(v).copied().flatten());
-            }
+            follow(&mut map, &vertex_map);
             (*mesh, *constraints) = (next, following);
             cheapest = cheapest.into_iter().filter_map(|edge| remap.new_handle(edge)).collect();
             max_error.take_up(change);

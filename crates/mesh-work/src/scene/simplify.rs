@@ -271,7 +271,7 @@ impl Part {
     /// The result of these options. If the mesh deforms, two more results are made: one without refinement, and one
     /// without poses. The result with the least error over all poses is taken. An error limit, in units of the scene,
     /// holds in all poses, or is missed by less than if it held in the pose of the file only. Weights of skins are
-    /// rounded if the result `rounds`.
+    /// rounded if `rounds` is set.
     fn best(
         &self,
         attributes: &Attributes,
