@@ -55,16 +55,20 @@ pub(crate) fn least<T>(
 mod tests {
     use super::least;
 
-    /// Waiting takes time, but no core works meanwhile.
+    /// Waiting takes time, but no core works meanwhile. Cores may work for other tests of this process, so the wait is
+    /// repeated until they are done.
     #[test]
     fn the_time_of_cores_is_without_waiting() {
         let wait = std::time::Duration::from_millis(50);
-        let (_, cost) = least(1, || {
-            std::thread::sleep(wait);
-            Ok(())
-        })
-        .unwrap();
-        assert!(cost.seconds >= wait.as_secs_f64());
-        assert!(cost.cpu.is_some_and(|cpu| cpu < cost.seconds), "{cost:?}");
+        let is_without = (0..400).any(|_| {
+            let (_, cost) = least(1, || {
+                std::thread::sleep(wait);
+                Ok(())
+            })
+            .unwrap();
+            assert!(cost.seconds >= wait.as_secs_f64());
+            cost.cpu.is_some_and(|cpu| cpu < cost.seconds)
+        });
+        assert!(is_without);
     }
 }
