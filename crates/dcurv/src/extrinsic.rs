@@ -18,6 +18,7 @@
 //! **Boundary.** Both parts are 0 at boundary vertices, where this crate has no Gaussian curvature.
 
 use core::f64::consts::{PI, TAU};
+use std::collections::VecDeque;
 
 use glam::DVec3;
 use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
@@ -109,19 +110,51 @@ fn cone_hull(center: DVec3, points: &[DVec3]) -> Option<Vec<DVec3>> {
     let Some(third) = rays.clone().find(|&p| side(center, first, second, p) != 0.0) else {
         return planar_cone_hull(center, first, second, rays);
     };
-    let mut hull = if side(center, first, second, third) > 0.0 {
-        vec![first, second, third]
+    let mut hull = VecDeque::from(if side(center, first, second, third) > 0.0 {
+        [first, second, third]
     } else {
-        vec![first, third, second]
-    };
+        [first, third, second]
+    });
     for point in rays {
-        insert(&mut hull, center, point)?;
+        if !extend_end(&mut hull, center, point)
+            && let Some(larger) = insert(hull.make_contiguous(), center, point)?
+        {
+            hull = larger;
+        }
     }
-    Some(hull)
+    Some(hull.into())
 }
 
-/// Adds a ray to a convex cone with at least three rays. `None` if the new cone contains a line.
-fn insert(hull: &mut Vec<DVec3>, center: DVec3, point: DVec3) -> Option<()> {
+/// Adds a ray to a convex cone with at least three rays, if it lies outside the face between the last ray and the first.
+/// Fast for rays that go round the cone in order, as the neighbours of a vertex do. Returns false if the cone has to be
+/// searched, or contains a line.
+fn extend_end(hull: &mut VecDeque<DVec3>, center: DVec3, point: DVec3) -> bool {
+    let is_side = |i: usize, is: fn(&f64) -> bool| {
+        let [p, q] = [i, i + 1].map(|i| hull[i % hull.len()]);
+        is(&side(center, p, q, point))
+    };
+    let is_outside = |i: &usize| is_side(*i, |side| *side < 0.0);
+    let last = hull.len() - 1;
+    if !is_outside(&last) {
+        return false;
+    }
+    // The faces beside it that the ray lies outside of as well.
+    let before = (0..last).rev().take_while(is_outside).count();
+    let after = (0..last - before).take_while(is_outside).count();
+    let ends = [after, (last - 1).saturating_sub(before)];
+    // If there is no face that it lies inside of, the opposite ray may be in the cone.
+    if before + after >= last || !ends.into_iter().any(|i| is_side(i, |side| *side > 0.0)) {
+        return false;
+    }
+    hull.truncate(hull.len() - before);
+    hull.drain(..after);
+    hull.push_back(point);
+    true
+}
+
+/// Adds a ray to a convex cone with at least three rays: the new cone, or nothing if the ray lies in it. `None` if the
+/// new cone contains a line.
+fn insert(hull: &[DVec3], center: DVec3, point: DVec3) -> Option<Option<VecDeque<DVec3>>> {
     let count = hull.len();
     let sides: Vec<f64> =
         (0..count).map(|i| side(center, hull[i], hull[(i + 1) % count], point)).collect();
@@ -132,14 +165,12 @@ fn insert(hull: &mut Vec<DVec3>, center: DVec3, point: DVec3) -> Option<()> {
     // The first of the faces of the cone that the ray lies outside of.
     let is_outside = |i: usize| sides[i % count] < 0.0;
     let Some(start) = (0..count).find(|&i| is_outside(i) && !is_outside(i + count - 1)) else {
-        return Some(());
+        return Some(None);
     };
     let outside = (start..).take_while(|&i| is_outside(i)).count();
     // Keeps the rays from the end of the last such face, cyclically, to the start of the first.
     let kept = (start + outside..=start + count).map(|i| hull[i % count]);
-    let new: Vec<DVec3> = kept.chain([point]).collect();
-    *hull = new;
-    Some(())
+    Some(Some(kept.chain([point]).collect()))
 }
 
 /// [`cone_hull`] of coplanar rays.
@@ -205,6 +236,39 @@ mod tests {
                 let found = hull_defect(center, &points);
                 assert!((found - expected).abs() < 0.05, "{found} {expected}");
             }
+        }
+    }
+
+    /// Whether the shortcut for rays in order gives the cone that the search gives, ray by ray.
+    #[test]
+    fn rays_in_order_give_the_same_cone_as_a_search() {
+        let mut random = SplitMix64::new(5);
+        for round in 0..400 {
+            let (count, rough) = (3 + round % 40, [0.0, 0.01, 0.5, 2.0][round / 40 % 4]);
+            let on_rim = |i: usize, random: &mut SplitMix64| {
+                let angle = TAU * i as f64 / count as f64;
+                DVec3::new(angle.cos(), angle.sin(), 1.0 + rough * random.symmetric())
+            };
+            let rays: Vec<DVec3> = (0..count).map(|i| on_rim(i, &mut random)).collect();
+            let mut hull = VecDeque::from([rays[0], rays[1], rays[2]]);
+            if side(DVec3::ZERO, rays[0], rays[1], rays[2]) <= 0.0 {
+                hull.swap(1, 2);
+            }
+            let mut shortcuts = 0;
+            for &ray in rays.iter().chain(&rays) {
+                let searched = insert(hull.make_contiguous(), DVec3::ZERO, ray);
+                let mut extended = hull.clone();
+                if extend_end(&mut extended, DVec3::ZERO, ray) {
+                    shortcuts += 1;
+                    assert_eq!(searched, Some(Some(extended)), "{round}");
+                }
+                match searched {
+                    Some(Some(larger)) => hull = larger,
+                    Some(None) => {}
+                    None => break,
+                }
+            }
+            assert!(rough > 0.0 || shortcuts + 3 == count, "{shortcuts} {count}");
         }
     }
 
