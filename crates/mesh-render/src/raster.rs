@@ -3,6 +3,8 @@
 //! The picture is made in bands of rows, each with the triangles that touch it in their order. So memory does not grow
 //! with the picture, and the result does not depend on the number of threads.
 
+use core::ops::Range;
+
 use mesh_core::as_u32;
 
 use crate::texture::Texture;
@@ -10,6 +12,8 @@ use crate::texture::Texture;
 pub(crate) const EDGE: [f32; 3] = [0.12, 0.12, 0.14];
 /// Rows of pixels in a band.
 const BAND: u32 = 16;
+/// Boxes with at most this number of columns are drawn without a search for the columns of each row.
+const FEW: usize = 8;
 
 /// A triangle in samples.
 #[derive(Clone, Copy, Debug)]
@@ -242,7 +246,7 @@ fn draw_triangle<T>(
     let last = ((bottom - 0.5).floor() + 1.0).max(0.0) as u32;
     for row in first..last.min(samples.rows[1]) {
         let start = (row - samples.rows[0]) as usize * samples.width as usize;
-        for column in columns.clone() {
+        for column in columns_of_row(&at, f64::from(row) + 0.5, &columns) {
             let p = [f64::from(column) + 0.5, f64::from(row) + 0.5, 0.0];
             let weight = |i: usize| cross(p, at[(i + 1) % 3], at[(i + 2) % 3]) / double_area;
             let weights = [weight(0), weight(1), weight(2)];
@@ -260,6 +264,35 @@ fn draw_triangle<T>(
             }
         }
     }
+}
+
+/// The columns of a box between the sides of its triangle at a height, and at least two more on either side for rounding.
+/// In each row, a long thin triangle covers few of the columns of its box.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a cast of a float beyond the range gives its end"
+)]
+fn columns_of_row(at: &[[f64; 3]; 3], height: f64, columns: &Range<u32>) -> Range<u32> {
+    if columns.len() <= FEW {
+        return columns.clone();
+    }
+    let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
+    let largest = at.iter().fold(0.0, |largest: f64, p| largest.max(p[0].abs()));
+    let slack = 2.0 + 1e-12 * largest;
+    for i in 0..3 {
+        let ([px, py, _], [qx, qy, _]) = (at[i], at[(i + 1) % 3]);
+        if (py <= height) != (qy <= height) {
+            let x = px + (height - py) / (qy - py) * (qx - px);
+            (left, right) = (left.min(x), right.max(x));
+        }
+    }
+    // The row touches a corner at most.
+    if left > right {
+        return columns.clone();
+    }
+    let [from, to] = [left - slack, right + slack + 1.0].map(|x| x.max(0.0) as u32);
+    columns.start.max(from)..columns.end.min(to)
 }
 
 /// Twice the signed area of a triangle on the screen.
@@ -296,6 +329,35 @@ mod tests {
             cover: Cover::Blended,
             heights: [f32::INFINITY; 3],
         }
+    }
+
+    /// No sample inside a triangle is outside of the columns of its row, and needles have few of them.
+    #[test]
+    fn the_columns_of_a_row_contain_all_samples_of_the_triangle() {
+        let mut random = mesh_core::SplitMix64::new(7);
+        let mut coordinate = |size: f64| 50.0 + size * random.symmetric();
+        for round in 0..400 {
+            let size = [3.0, 60.0, 1e5, 1e12][round % 4];
+            let mut at = [(); 3]
+                .map(|()| [f64::from(coordinate(size) as f32), coordinate(size).round(), 0.0]);
+            if round % 3 == 0 {
+                at[2] = [at[1][0] + 0.5, at[1][1] + 0.25, 0.0];
+            }
+            let double_area = cross(at[0], at[1], at[2]);
+            for row in 0..100 {
+                let height = f64::from(row) + 0.5 * f64::from(round as u32 % 2);
+                let found = columns_of_row(&at, height, &(0..100));
+                for column in 0..100 {
+                    let p = [f64::from(column) + 0.5, height, 0.0];
+                    let weight =
+                        |i: usize| cross(p, at[(i + 1) % 3], at[(i + 2) % 3]) / double_area;
+                    let is_inside = (0..3).all(|i| weight(i) >= 0.0);
+                    assert!(!is_inside || found.contains(&column), "{at:?} {height} {column}");
+                }
+            }
+        }
+        let needle = [[0.0, 0.0, 0.0], [100.0, 50.0, 0.0], [100.0, 50.2, 0.0]];
+        assert!(columns_of_row(&needle, 20.5, &(0..100)).len() < 10);
     }
 
     fn canvas(supersampling: u32, background: Option<[u8; 3]>) -> Canvas<'static> {
