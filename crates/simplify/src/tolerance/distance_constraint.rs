@@ -343,6 +343,11 @@ impl Foot {
 /// threads help.
 const FEW: usize = 512;
 
+/// The largest number of faces of a patch that is checked. All faces around a vertex of high valence may have a large
+/// part of the original, and each collapse beside the vertex changes some of them. Its edges are tried again when
+/// collapses of its neighbours have reduced its valence.
+const MOST_FACES: usize = 96;
+
 /// The number of vertices in one query.
 const POINTS: usize = 1 << 16;
 /// The number of edges in one block.
@@ -451,6 +456,9 @@ impl Placement for DistanceConstraint<'_> {
         x: DVec3,
         scratch: &mut Scratch,
     ) -> Result<(), Rejection> {
+        if patch.faces().len() > MOST_FACES {
+            return Err(Rejection::Valence);
+        }
         let ties: &mut Ties = scratch.get();
         let half_edge = patch.half_edge();
         let holds = self.answer(patch, x, ties).unwrap_or_else(|| {
@@ -505,6 +513,32 @@ impl Placement for DistanceConstraint<'_> {
 mod tests {
     use super::*;
     use mesh_shapes::Sphere;
+
+    /// Edges of the tip of a flat fan with this many faces, collapsed to the tip.
+    fn at_the_tip(sides: u32) -> Result<(), Rejection> {
+        let rim = |i: u32| {
+            let angle = core::f64::consts::TAU * f64::from(i) / f64::from(sides);
+            [angle.cos(), angle.sin(), 0.0]
+        };
+        let corners: Vec<[f64; 3]> = [[0.0; 3]].into_iter().chain((0..sides).map(rim)).collect();
+        let faces: Vec<[u32; 3]> = (0..sides).map(|i| [0, 1 + i, 1 + (i + 1) % sides]).collect();
+        let mesh = TriMesh::from_triangles(&corners, &faces).unwrap();
+        let original = Surface::new(&mesh).unwrap();
+        let constraint =
+            DistanceConstraint::new(&mesh, mesh.topology(), &original, 0.1, Proofs::None).unwrap();
+        let (mut around, mut scratch) = (Vec::new(), Scratch::default());
+        let at_tip = |e: &EdgeId| mesh.topology().edge_vertices(*e).iter().any(|v| v.index() == 0);
+        let edge = mesh.topology().edges().find(at_tip).unwrap();
+        let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut around);
+        let tip = mesh.position(mesh.topology().vertices().next().unwrap());
+        constraint.check(&patch, tip - patch.origin(), &mut scratch)
+    }
+
+    #[test]
+    fn the_edges_of_a_crowded_vertex_wait() {
+        assert_eq!(at_the_tip(90), Ok(()));
+        assert_eq!(at_the_tip(100), Err(Rejection::Valence));
+    }
 
     /// Edges near a collapse must be checked again; other answers stay valid.
     #[test]
