@@ -20,6 +20,7 @@ use crate::unfold::{UnfoldOptions, UnfoldReport, unfold};
 use mesh_collapse::{Boundary, FaceLimits, Level, Protect, Protected};
 
 /// A level and the refinement that it has had.
+#[derive(Clone)]
 pub struct Refined {
     /// The current mesh.
     pub mesh: TriMesh,
@@ -51,23 +52,14 @@ impl Refined {
         }
     }
 
-    /// Replaces the mesh by the next one, unless more faces are folded in the texture there.
-    fn take_unfolded(
-        &mut self,
-        next: TriMesh,
-        then: &VertexMap<Option<VertexId>>,
-        texture: Option<&TextureCheck<'_>>,
-    ) -> bool {
-        let before = self.vertex_map.clone();
-        let folds = texture.map_or(0, |check| check.folded_after(&self.mesh, before.as_ref()));
-        self.follow(then);
-        let then = self.vertex_map.as_ref();
-        if texture.is_some_and(|check| check.folded_after(&next, then) > folds) {
-            self.vertex_map = before;
-            return false;
-        }
-        self.mesh = next;
-        true
+    /// The number of faces that are folded in a texture.
+    fn folds_in(&self, texture: Option<&TextureCheck<'_>>) -> usize {
+        texture.map_or(0, |check| check.folded_after(&self.mesh, self.vertex_map.as_ref()))
+    }
+
+    /// The number of faces that are turned over.
+    fn turned_over(&self) -> usize {
+        self.unfold.map_or(0, |report| report.turned_after)
     }
 
     /// Updates the vertex map for the next mesh.
@@ -150,21 +142,17 @@ impl<'a> Pipeline<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<(Refined, VertexMap<Option<VertexId>>), RefineError> {
         let Level { mesh, protected, vertex_map } = level;
-        let mut constraints = self.constraints(protected);
-        let unchanged = constraints.clone();
         let texture = self.texture.as_ref().map(|texture| texture.check(&vertex_map));
-        let mut done = Refined::untouched(mesh, FitConstraints::default());
+        let mut done = Refined::untouched(mesh, self.constraints(protected));
         let mut mean = self.measured(&done.mesh)?;
         if let Some(options) = &self.steps.fit {
             let before = mean.is_some().then(|| done.mesh.clone());
+            let Refined { mesh, constraints, .. } = &mut done;
             done.fit = Some(match &texture {
                 Some(check) => {
-                    let mesh = &mut done.mesh;
-                    fit_unfolded(mesh, self.original, &constraints, options, check, observer)?
+                    fit_unfolded(mesh, self.original, constraints, options, check, observer)?
                 }
-                None => {
-                    fit_observed(&mut done.mesh, self.original, &constraints, options, observer)?
-                }
+                None => fit_observed(mesh, self.original, constraints, options, observer)?,
             });
             let after = self.measured(&done.mesh)?;
             match before {
@@ -176,23 +164,26 @@ impl<'a> Pipeline<'a> {
             && options.has_work(&done.mesh, self.original)
             && !observer.is_stopped()
         {
-            let mut next = done.mesh.clone();
-            let report =
-                anneal_observed(&mut next, self.original, &mut constraints, options, observer)?;
-            let after = self.measured(&next)?;
-            if after <= mean && done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+            let before = done.clone();
+            let Refined { mesh, constraints, .. } = &mut done;
+            let report = anneal_observed(mesh, self.original, constraints, options, observer)?;
+            done.follow(&report.vertex_map);
+            let after = self.measured(&done.mesh)?;
+            if after <= mean && done.folds_in(texture.as_ref()) <= before.folds_in(texture.as_ref())
+            {
                 (done.anneal, mean) = (Some(report), after);
             } else {
-                constraints = unchanged;
+                done = before;
             }
         }
-        done.constraints = constraints;
         self.reduce_and_unfold(&mut done, &vertex_map, mean, observer)?;
         Ok((done, vertex_map))
     }
 
     /// Turns back the faces that are turned over, and reduces the largest errors. A face that is turned back may be
-    /// farther from the original, and a reduction may turn other faces over, so both are repeated.
+    /// farther from the original, and a reduction may turn other faces over, so both are repeated. A reduction is undone
+    /// if more are folded in the texture, or if the mean distance has risen too much. If more faces stay turned over, it
+    /// is tried again with half of the rounds.
     fn reduce_and_unfold(
         &self,
         done: &mut Refined,
@@ -201,57 +192,51 @@ impl<'a> Pipeline<'a> {
         observer: &mut Observer<'_>,
     ) -> Result<(), RefineError> {
         self.unfold(done, vertex_map);
-        let Some(options) = &self.steps.max_error else { return Ok(()) };
+        let Some(mut options) = self.steps.max_error else { return Ok(()) };
         let texture = self.texture.as_ref().map(|texture| texture.check(vertex_map));
+        let most = mean.map(|mean| options.max_rise * mean);
         for _ in 0..PASSES {
-            let turned = done.unfold;
             if observer.is_stopped() {
                 break;
             }
-            self.reduce_max_error(done, options, mean, texture.as_ref(), observer)?;
+            let before = done.clone();
+            let rounds = self.reduce_max_error(done, &options, observer)?;
+            if self.measured(&done.mesh)? > most
+                || done.folds_in(texture.as_ref()) > before.folds_in(texture.as_ref())
+            {
+                *done = before;
+                break;
+            }
             self.unfold(done, vertex_map);
-            if done.unfold == turned {
+            if done.turned_over() > before.turned_over() {
+                *done = before;
+                options.rounds = rounds / 2;
+                continue;
+            }
+            if done.unfold == before.unfold {
                 break;
             }
         }
         Ok(())
     }
 
-    /// Reduces the largest errors, unless more faces are folded in the texture then, or the mean distance has risen too
-    /// much.
+    /// Reduces the largest errors, and returns the number of rounds.
     fn reduce_max_error(
         &self,
         done: &mut Refined,
         options: &MaxErrorOptions,
-        mean: Option<f64>,
-        texture: Option<&TextureCheck<'_>>,
         observer: &mut Observer<'_>,
-    ) -> Result<(), RefineError> {
-        let original = self.original;
-        let report = if texture.is_some() || mean.is_some() {
-            let (mut next, mut following) = (done.mesh.clone(), done.constraints.clone());
-            let report =
-                reduce_max_error_observed(&mut next, original, &mut following, options, observer)?;
-            let most = mean.map(|mean| options.max_rise * mean);
-            if self.measured(&next)? > most
-                || !done.take_unfolded(next, &report.vertex_map, texture)
-            {
-                return Ok(());
-            }
-            done.constraints = following;
-            report
-        } else {
-            // No earlier mesh needs to be kept.
-            let (mesh, constraints) = (&mut done.mesh, &mut done.constraints);
-            let report = reduce_max_error_observed(mesh, original, constraints, options, observer)?;
-            done.follow(&report.vertex_map);
-            report
-        };
+    ) -> Result<usize, RefineError> {
+        let Refined { mesh, constraints, .. } = done;
+        let report =
+            reduce_max_error_observed(mesh, self.original, constraints, options, observer)?;
+        done.follow(&report.vertex_map);
+        let rounds = report.rounds;
         done.max_error = Some(match done.max_error.take() {
             Some(earlier) => earlier.then(&report),
             None => report,
         });
-        Ok(())
+        Ok(rounds)
     }
 
     /// Turns back the faces that are turned over, if this stage is enabled and no more faces are folded in the texture
