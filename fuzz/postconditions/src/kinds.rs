@@ -11,7 +11,7 @@ use crate::parts::{Choices, Parts};
 type Kind = (&'static str, fn(&mut Choices, f64) -> Parts);
 
 /// All kinds.
-const KINDS: [Kind; 22] = [
+const KINDS: [Kind; 23] = [
     ("box", cuboid),
     ("plate", plate),
     ("extrusion", extrusion),
@@ -34,6 +34,7 @@ const KINDS: [Kind; 22] = [
     ("apart", apart),
     ("globe", globe),
     ("dome with holes", dome_with_holes),
+    ("outline", outline),
 ];
 
 /// The number of kinds.
@@ -100,6 +101,28 @@ fn extrusion(choose: &mut Choices, density: f64) -> Parts {
     }
     let (layers, height) = (choose.cells(1, 16, density), choose.scale(0.1, 8.0));
     prism(&profile, layers, height)
+}
+
+/// A flat star, gear or blade: teeth around a polygon, which is a fan from one of its corners.
+fn outline(choose: &mut Choices, density: f64) -> Parts {
+    let teeth = choose.cells(8, 200, density);
+    let (inner, lean) = (choose.between(0.3, 0.95), choose.between(-0.5, 1.5));
+    let at = |place: f64, radius: f64| {
+        (DVec2::from_angle(TAU * place / teeth as f64) * radius).extend(0.0)
+    };
+    let mut parts = Parts::default();
+    let corner = |tooth: usize| at((tooth % teeth) as f64, inner);
+    for tooth in 0..teeth {
+        parts.push([
+            corner(tooth),
+            at(tooth as f64 + lean.clamp(0.0, 1.0), 1.0),
+            corner(tooth + 1),
+        ]);
+    }
+    for tooth in 1..teeth - 1 {
+        parts.push([corner(0), corner(tooth), corner(tooth + 1)]);
+    }
+    parts
 }
 
 fn prism(profile: &[DVec2], layers: usize, height: f64) -> Parts {
