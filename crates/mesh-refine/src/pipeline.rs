@@ -89,8 +89,8 @@ pub struct Steps {
     /// How to turn back faces that are turned over; `None` to leave them.
     pub unfold: Option<UnfoldOptions>,
     /// Whether each stage is measured, and undone if the mean distance in both directions has risen; the reduction of
-    /// the largest errors, if it has risen by more than its [`MaxErrorOptions::max_rise`]. On large meshes this takes
-    /// time, and chance hardly matters there.
+    /// the largest errors, if it has risen by more than its [`MaxErrorOptions::max_rise`]. Fit and annealing are also
+    /// undone if they leave faces turned over. On large meshes this takes time, and chance hardly matters there.
     pub undo: bool,
 }
 
@@ -145,8 +145,8 @@ impl<'a> Pipeline<'a> {
         let texture = self.texture.as_ref().map(|texture| texture.check(&vertex_map));
         let mut done = Refined::untouched(mesh, self.constraints(protected));
         let mut mean = self.measured(&done.mesh)?;
+        let level = mean.is_some().then(|| done.clone());
         if let Some(options) = &self.steps.fit {
-            let before = mean.is_some().then(|| done.mesh.clone());
             let Refined { mesh, constraints, .. } = &mut done;
             done.fit = Some(match &texture {
                 Some(check) => {
@@ -155,8 +155,8 @@ impl<'a> Pipeline<'a> {
                 None => fit_observed(mesh, self.original, constraints, options, observer)?,
             });
             let after = self.measured(&done.mesh)?;
-            match before {
-                Some(before) if after > mean => (done.mesh, done.fit) = (before, None),
+            match &level {
+                Some(level) if after > mean => done = level.clone(),
                 _ => mean = after,
             }
         }
@@ -176,22 +176,29 @@ impl<'a> Pipeline<'a> {
                 done = before;
             }
         }
-        self.reduce_and_unfold(&mut done, &vertex_map, mean, observer)?;
+        self.unfold(&mut done, &vertex_map);
+        if let Some(mut level) = level.filter(|_| done.turned_over() > 0) {
+            self.unfold(&mut level, &vertex_map);
+            if level.turned_over() < done.turned_over() {
+                mean = self.measured(&level.mesh)?;
+                done = level;
+            }
+        }
+        self.reduce_max_error(&mut done, &vertex_map, mean, observer)?;
         Ok((done, vertex_map))
     }
 
-    /// Turns back the faces that are turned over, and reduces the largest errors. A face that is turned back may be
-    /// farther from the original, and a reduction may turn other faces over, so both are repeated. A reduction is undone
-    /// if more are folded in the texture, or if the mean distance has risen too much. If more faces stay turned over, it
-    /// is tried again with half of the rounds.
-    fn reduce_and_unfold(
+    /// Reduces the largest errors and turns back the faces that are turned over then. A face that is turned back may be
+    /// farther from the original, so both are repeated. A reduction is undone if more faces are folded in the texture, or
+    /// if the mean distance has risen too much. If more faces stay turned over, it is tried again with half of the
+    /// rounds.
+    fn reduce_max_error(
         &self,
         done: &mut Refined,
         vertex_map: &VertexMap<Option<VertexId>>,
         mean: Option<f64>,
         observer: &mut Observer<'_>,
     ) -> Result<(), RefineError> {
-        self.unfold(done, vertex_map);
         let Some(mut options) = self.steps.max_error else { return Ok(()) };
         let texture = self.texture.as_ref().map(|texture| texture.check(vertex_map));
         let most = mean.map(|mean| options.max_rise * mean);
@@ -200,7 +207,7 @@ impl<'a> Pipeline<'a> {
                 break;
             }
             let before = done.clone();
-            let rounds = self.reduce_max_error(done, &options, observer)?;
+            let rounds = self.reduce_once(done, &options, observer)?;
             if self.measured(&done.mesh)? > most
                 || done.folds_in(texture.as_ref()) > before.folds_in(texture.as_ref())
             {
@@ -221,7 +228,7 @@ impl<'a> Pipeline<'a> {
     }
 
     /// Reduces the largest errors, and returns the number of rounds.
-    fn reduce_max_error(
+    fn reduce_once(
         &self,
         done: &mut Refined,
         options: &MaxErrorOptions,

@@ -103,24 +103,34 @@ fn extrusion(choose: &mut Choices, density: f64) -> Parts {
     prism(&profile, layers, height)
 }
 
-/// A flat star, gear or blade: teeth around a polygon, which is a fan from one of its corners.
+/// A star, gear or blade, flat or extruded: teeth around a polygon, which is a fan from one of its corners.
 fn outline(choose: &mut Choices, density: f64) -> Parts {
     let teeth = choose.cells(8, 200, density);
-    let (inner, lean) = (choose.between(0.3, 0.95), choose.between(-0.5, 1.5));
-    let at = |place: f64, radius: f64| {
-        (DVec2::from_angle(TAU * place / teeth as f64) * radius).extend(0.0)
-    };
+    let (inner, lean) = (choose.between(0.3, 0.95), choose.between(-0.5, 1.5).clamp(0.0, 1.0));
+    let is_flat = choose.one_in(2);
+    let height = if is_flat { 0.0 } else { choose.scale(0.01, 1.0) };
     let mut parts = Parts::default();
-    let corner = |tooth: usize| at((tooth % teeth) as f64, inner);
-    for tooth in 0..teeth {
-        parts.push([
-            corner(tooth),
-            at(tooth as f64 + lean.clamp(0.0, 1.0), 1.0),
-            corner(tooth + 1),
-        ]);
+    let rims = [0.0, height].map(|height| -> Vec<DVec3> {
+        let at = |place: f64, radius: f64| {
+            (DVec2::from_angle(TAU * place / teeth as f64) * radius).extend(height)
+        };
+        let tooth = |tooth: usize| [at(tooth as f64, inner), at(tooth as f64 + lean, 1.0)];
+        (0..teeth).flat_map(tooth).collect()
+    });
+    for (side, rim) in rims.iter().enumerate().skip(usize::from(is_flat)) {
+        for tooth in 0..teeth {
+            let next = rim[(2 * tooth + 2) % rim.len()];
+            parts.push([rim[2 * tooth], rim[2 * tooth + 1], next]);
+            if tooth > 0 && tooth + 1 < teeth {
+                parts.push([rim[0], rim[2 * tooth], next]);
+            }
+        }
+        if side == 0 {
+            parts.reverse_from(0);
+        }
     }
-    for tooth in 1..teeth - 1 {
-        parts.push([corner(0), corner(tooth), corner(tooth + 1)]);
+    if !is_flat {
+        parts.ring(&rims[0], &rims[1]);
     }
     parts
 }
