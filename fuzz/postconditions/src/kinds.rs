@@ -49,6 +49,12 @@ pub fn name(kind: usize) -> &'static str {
     KINDS[kind % KINDS.len()].0
 }
 
+/// The kind of a name.
+#[must_use]
+pub fn named(name: &str) -> Option<usize> {
+    KINDS.iter().position(|kind| kind.0 == name)
+}
+
 /// A mesh of a kind. With `density` 1 it has a few hundred to a few thousand faces, with 10 a hundred times as many.
 #[must_use]
 pub fn mesh(kind: usize, seed: u64, density: f64) -> PolygonSoup {
