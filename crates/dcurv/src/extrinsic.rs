@@ -129,11 +129,8 @@ fn cone_hull(center: DVec3, points: &[DVec3]) -> Option<Vec<DVec3>> {
 /// Fast for rays that go round the cone in order, as the neighbours of a vertex do. Returns false if the cone has to be
 /// searched, or contains a line.
 fn extend_end(hull: &mut VecDeque<DVec3>, center: DVec3, point: DVec3) -> bool {
-    let is_side = |i: usize, is: fn(&f64) -> bool| {
-        let [p, q] = [i, i + 1].map(|i| hull[i % hull.len()]);
-        is(&side(center, p, q, point))
-    };
-    let is_outside = |i: &usize| is_side(*i, |side| *side < 0.0);
+    let of_face = |i: usize| side(center, hull[i], hull[(i + 1) % hull.len()], point);
+    let is_outside = |i: &usize| of_face(*i) < 0.0;
     let last = hull.len() - 1;
     if !is_outside(&last) {
         return false;
@@ -143,7 +140,7 @@ fn extend_end(hull: &mut VecDeque<DVec3>, center: DVec3, point: DVec3) -> bool {
     let after = (0..last - before).take_while(is_outside).count();
     let ends = [after, (last - 1).saturating_sub(before)];
     // If there is no face that it lies inside of, the opposite ray may be in the cone.
-    if before + after >= last || !ends.into_iter().any(|i| is_side(i, |side| *side > 0.0)) {
+    if before + after >= last || !ends.into_iter().any(|i| of_face(i) > 0.0) {
         return false;
     }
     hull.truncate(hull.len() - before);
@@ -239,7 +236,6 @@ mod tests {
         }
     }
 
-    /// Whether the shortcut for rays in order gives the cone that the search gives, ray by ray.
     #[test]
     fn rays_in_order_give_the_same_cone_as_a_search() {
         let mut random = SplitMix64::new(5);
