@@ -35,7 +35,9 @@ pub use build::diagnose::{Diagnosis, diagnose};
 #[doc(inline)]
 pub use build::soup::PolygonSoup;
 #[doc(inline)]
-pub use build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
+pub use build::{
+    BuildError, BuildReport, Built, Provenance, Repair, Weld, build, cut_non_manifold,
+};
 #[doc(inline)]
 pub use edit::compact::{Remap, RemapOf};
 #[doc(inline)]

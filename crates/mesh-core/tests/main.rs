@@ -10,3 +10,4 @@ mod faces;
 mod facing;
 mod serde;
 mod topology;
+mod touching;

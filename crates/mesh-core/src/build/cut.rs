@@ -1,19 +1,25 @@
 //! Cuts a surface at non-manifold edges and vertices.
 //!
 //! The corners at a vertex are linked through the edges along which exactly two faces meet, in
-//! opposite directions; a maximal chain of linked corners is a *fan*. Every fan beyond the first at
-//! a vertex gets its own copy of the vertex, which also cuts the surface along all other edges of
-//! several faces.
+//! opposite directions, and through [the faces that belong together](crate::build::touching) at
+//! edges where closed surfaces touch; a maximal chain of linked corners is a *fan*. Every fan beyond
+//! the first at a vertex gets its own copy of the vertex, which also cuts the surface along all other
+//! edges of several faces.
 //!
 //! Why the result is a 2-manifold: a chain that does not close has two ends, one cut side that
 //! leaves the vertex and one that enters it. So of the cut sides of an edge `uv`, at most one runs
 //! from a given copy of `u` to a given copy of `v` and at most one runs back. Two such sides meet
 //! again as one proper edge, which closes the fan at both copies: surfaces that touch along an edge
 //! come apart closed, without a slit of zero width. All other cut sides end up on the boundary.
-//! Every vertex has one fan, and no two edges have the same ends.
+//! Every vertex has one fan, and no two edges have the same ends. Where linked sides of an edge end
+//! at the same copies of both vertices as others, they are linked in the other way, or else cut.
 
-use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
+use glam::DVec3;
+
+use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair, same_direction};
+use crate::build::touching::{Wedges, is_closed_around, pairs_around};
 use crate::index::as_u32;
+use crate::topology::pairing::{TopologyError, check_corners};
 
 /// The fans of corners around the vertices.
 pub(crate) struct Fans {
@@ -23,17 +29,31 @@ pub(crate) struct Fans {
     vertex: Vec<u32>,
 }
 
+/// Per side, the side that it is linked with: the other one of its edge, if exactly two faces meet there.
+fn links(triangles: &[[u32; 3]], edges: &EdgeTable) -> Vec<u32> {
+    let mut mate = vec![NONE; 3 * triangles.len()];
+    edges
+        .iter()
+        .filter_map(|edge| proper_pair(triangles, edge))
+        .for_each(|pair| link(pair, &mut mate));
+    mate
+}
+
+fn link([a, b]: [u32; 2], mate: &mut [u32]) {
+    mate[a as usize] = b;
+    mate[b as usize] = a;
+}
+
 impl Fans {
     pub(crate) fn new(triangles: &[[u32; 3]], edges: &EdgeTable) -> Self {
-        let mut mate = vec![NONE; 3 * triangles.len()];
-        for [a, b] in edges.iter().filter_map(|edge| proper_pair(triangles, edge)) {
-            mate[a as usize] = b;
-            mate[b as usize] = a;
-        }
+        Self::linked(triangles, &links(triangles, edges))
+    }
+
+    fn linked(triangles: &[[u32; 3]], mate: &[u32]) -> Self {
         let mut fans = Self { of_corner: vec![NONE; mate.len()], vertex: Vec::new() };
         for (corner, &vertex) in triangles.as_flattened().iter().enumerate() {
             if fans.of_corner[corner] == NONE {
-                fans.collect(as_u32(corner), vertex, &mate);
+                fans.collect(as_u32(corner), vertex, mate);
             }
         }
         fans
@@ -60,6 +80,15 @@ impl Fans {
         }
     }
 
+    /// Whether two sides of an edge run from the same fan to the same fan.
+    fn has_twins(&self, triangles: &[[u32; 3]], edge: &[u32]) -> bool {
+        let fans = |side: u32| [side, next(side)].map(|corner| self.of_corner[corner as usize]);
+        edge.iter().enumerate().any(|(i, &a)| {
+            let is_twin = |&b: &u32| same_direction(triangles, a, b) && fans(a) == fans(b);
+            edge[..i].iter().any(is_twin)
+        })
+    }
+
     /// The vertices with more than one fan and the number of fans at each, ascending.
     pub(crate) fn pinched(&self) -> Vec<(u32, usize)> {
         let mut vertices = self.vertex.clone();
@@ -72,14 +101,46 @@ impl Fans {
     }
 }
 
+/// Cuts triangles apart where they are no oriented 2-manifold, and changes nothing else: the last step of
+/// [`crate::build()`], for part of a mesh. Copies of vertices are numbered after the given vertices; returns the
+/// original vertex of each.
+///
+/// # Errors
+/// An index is out of range, a triangle uses a vertex twice, or there are too many triangles.
+pub fn cut_non_manifold(
+    positions: &[DVec3],
+    triangles: &mut [[u32; 3]],
+) -> Result<Vec<u32>, TopologyError> {
+    check_corners(positions.len(), triangles)?;
+    let edges = EdgeTable::new(positions.len(), triangles);
+    Ok(cut_apart(positions.len(), |v| positions[v as usize], triangles, &edges))
+}
+
 /// Gives every fan beyond the first at a vertex its own copy of the vertex, appended after the given ones. Returns the
 /// original vertex of each copy.
 pub(crate) fn cut_apart(
     vertex_count: usize,
+    position: impl Fn(u32) -> DVec3,
     triangles: &mut [[u32; 3]],
     edges: &EdgeTable,
 ) -> Vec<u32> {
-    let fans = Fans::new(triangles, edges);
+    let mut mate = links(triangles, edges);
+    let mut fans = Fans::linked(triangles, &mate);
+    let touching: Vec<&[u32]> =
+        edges.iter().filter(|edge| is_closed_around(triangles, edge)).collect();
+    let mut unresolved = touching.clone();
+    for wedges in [Some(Wedges::Inside), Some(Wedges::Outside), None] {
+        if unresolved.is_empty() {
+            break;
+        }
+        for edge in &unresolved {
+            edge.iter().for_each(|&side| mate[side as usize] = NONE);
+            let pairs = wedges.map(|wedges| pairs_around(&position, triangles, edge, wedges));
+            pairs.into_iter().flatten().for_each(|pair| link(pair, &mut mate));
+        }
+        fans = Fans::linked(triangles, &mate);
+        unresolved = touching.iter().copied().filter(|e| fans.has_twins(triangles, e)).collect();
+    }
     let mut taken = vec![false; vertex_count];
     let mut copies = Vec::new();
     let vertex_of_fan: Vec<u32> = fans

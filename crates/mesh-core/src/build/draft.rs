@@ -44,7 +44,7 @@ pub struct Provenance {
 
 /// The working state of a build.
 pub(crate) struct Draft<'a> {
-    soup: &'a PolygonSoup,
+    pub(super) soup: &'a PolygonSoup,
     pub(super) repair: &'a Repair,
     pub(crate) report: BuildReport,
     /// Faces of the soup to leave out, ascending.

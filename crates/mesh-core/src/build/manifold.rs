@@ -114,7 +114,9 @@ impl Draft<'_> {
         self.report.cut_edges =
             table.iter().filter(is_cut).map(|sides| self.edge_source(sides[0])).collect();
         let vertex_count = self.vertex_count();
-        let copies = cut_apart(vertex_count, self.triangles.to_mut(), &table);
+        let (positions, source) = (self.soup.positions(), &self.provenance.vertex_source);
+        let position = |vertex: u32| positions[source[vertex as usize] as usize];
+        let copies = cut_apart(vertex_count, position, self.triangles.to_mut(), &table);
         let vertex_source = &mut self.provenance.vertex_source;
         vertex_source.extend(
             copies.iter().map(|&vertex| vertex_source[vertex as usize]).collect::<Vec<_>>(),

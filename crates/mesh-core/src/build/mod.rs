@@ -30,9 +30,11 @@ mod report;
 mod sample;
 mod screen;
 pub mod soup;
+mod touching;
 mod triangulate;
 mod weld;
 
+pub use cut::cut_non_manifold;
 pub use draft::{Built, Provenance};
 pub use error::BuildError;
 pub use repair::{Repair, Weld};

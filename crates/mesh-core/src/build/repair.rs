@@ -44,7 +44,8 @@ pub struct Repair {
     /// rules.
     pub reorient: bool,
     /// Cut the surface along edges of more than two faces and along edges where no orientation makes two faces
-    /// agree, and separate surfaces that touch only at a vertex, by duplicating vertices.
+    /// agree, and separate surfaces that touch only at a vertex, by duplicating vertices. Closed surfaces that touch
+    /// along an edge come apart closed; other surfaces get a boundary there.
     pub cut_non_manifold: bool,
     /// Drop vertices that no face uses.
     pub drop_unreferenced: bool,

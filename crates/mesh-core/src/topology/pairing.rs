@@ -81,10 +81,6 @@ impl Topology {
         vertex_count: usize,
         triangles: &[[u32; 3]],
     ) -> Result<Self, TopologyError> {
-        // A mesh has at most one edge per side, so this bounds every index that is made below.
-        if vertex_count >= VertexId::LIMIT || triangles.len() >= HalfEdgeId::LIMIT / 6 {
-            return Err(TopologyError::TooLarge);
-        }
         check_corners(vertex_count, triangles)?;
         let edges = pair_sides(vertex_count, triangles)?;
         let mut topology = link_faces(vertex_count, triangles, &edges);
@@ -143,8 +139,15 @@ impl Topology {
     }
 }
 
-/// Refuses indices out of range and triangles that use a vertex twice.
-fn check_corners(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<(), TopologyError> {
+/// Refuses indices out of range, triangles that use a vertex twice, and too many triangles.
+pub(crate) fn check_corners(
+    vertex_count: usize,
+    triangles: &[[u32; 3]],
+) -> Result<(), TopologyError> {
+    // A mesh has at most one edge per side, so this bounds every index that is made of them.
+    if vertex_count >= VertexId::LIMIT || triangles.len() >= HalfEdgeId::LIMIT / 6 {
+        return Err(TopologyError::TooLarge);
+    }
     for (face, &[a, b, c]) in triangles.iter().enumerate() {
         let face = as_u32(face);
         let largest = a.max(b).max(c);
