@@ -6,7 +6,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use mesh_core::build::Weld;
 use mesh_io::{Format, Model, Staged};
-use out_of_core::{Capacity, Input, Outcome, Repairs, ResultMesh, Settings, Step, Work};
+use out_of_core::{Capacity, Input, Outcome, Repaired, Repairs, ResultMesh, Settings, Step, Work};
 use serde::Serialize;
 use simplify::{Options, Target};
 
@@ -14,7 +14,7 @@ use crate::args::{RepairOptions, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::{self, while_writing, while_writing_all};
-use crate::load::{Loading, parse_bytes};
+use crate::load::{Loading, needed, parse_bytes};
 use crate::save::{SaveOptions, explain, make_folder_of, save};
 use crate::simplify_options;
 use crate::text::printable;
@@ -130,6 +130,21 @@ pub(crate) fn split_file(
     let work = work.map_err(Failure::regions)?;
     for note in &work.manifest().summary.notes {
         console.message(format_args!("{}: {note}", input.display()));
+    }
+    let Repaired { degenerate_triangles, non_manifold_vertices } = work.repaired();
+    let repaired = [
+        ("dropped degenerate triangles", degenerate_triangles),
+        ("cut non-manifold vertices", non_manifold_vertices),
+    ];
+    let repaired: Vec<(&str, usize)> = repaired
+        .into_iter()
+        .map(|(what, count)| (what, usize::try_from(count).unwrap_or(usize::MAX)))
+        .filter(|(_, count)| *count > 0)
+        .collect();
+    if !repaired.is_empty() {
+        let name = printable(input.display());
+        console.message(format_args!("{name}: {}", needed(repaired.iter().copied())));
+        console.repaired(&name, repaired.into_iter());
     }
     Ok(work)
 }

@@ -68,12 +68,20 @@ impl DiskMesh {
         let cells = Cells::new(self.ingested.sample.clone(), depth);
         let of = u64::from(cells.count());
         let mut done = 0;
-        split(&self.ingested, &cells, repairs, &self.folder, self.memory.stream(), &mut |region| {
-            visit(region)?;
-            done += 1;
-            let step = Step { what: "computing", done, of, level: 0 };
-            if observer(step) { Ok(()) } else { Err(Error::Stopped) }
-        })
+        split(
+            &self.ingested,
+            &cells,
+            repairs,
+            &self.folder,
+            self.memory.stream(),
+            &mut |region| {
+                visit(region)?;
+                done += 1;
+                let step = Step { what: "computing", done, of, level: 0 };
+                if observer(step) { Ok(()) } else { Err(Error::Stopped) }
+            },
+        )?;
+        Ok(())
     }
 
     /// The bounding box of all vertices, whether faces use them or not.

@@ -52,7 +52,7 @@ pub use reduce::{proved_distance, reduce};
 pub use region::Region;
 pub use run::{DetailLevel, Outcome, ResultMesh, refine_cell, run};
 pub use scratch_folder::ScratchFolder;
-pub use split::Repairs;
+pub use split::{Repaired, Repairs};
 pub use statistics::Statistics;
 pub use step::Step;
 pub use tiles::{Tile, Tiles, write_tiles};

@@ -27,7 +27,16 @@ pub struct Repairs {
     pub cut_non_manifold: bool,
 }
 
-/// Distributes an input by cell, and calls `done` with the region of each cell, in order.
+/// The defects that were repaired when an input was split.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repaired {
+    /// The number of triangles that use a vertex twice. They were dropped.
+    pub degenerate_triangles: u64,
+    /// The number of vertices where the surface is not manifold. It is cut there at the end.
+    pub non_manifold_vertices: u64,
+}
+
+/// Distributes an input by cell, and calls `done` with the region of each cell, in order. Returns the repairs.
 pub(crate) fn split(
     ingested: &Ingested,
     cells: &Cells,
@@ -35,17 +44,23 @@ pub(crate) fn split(
     folder: &Path,
     memory: u64,
     done: &mut dyn FnMut(Region) -> Result<(), Error>,
-) -> Result<(), Error> {
+) -> Result<Repaired, Error> {
     let most = MOST_FILES;
+    let mut repaired = Repaired::default();
     for first in (0..cells.count()).step_by(most as usize) {
         let range = first..cells.count().min(first + most);
         let vertices = distribute_vertices(ingested, cells, range.clone(), folder)?;
-        let faces = distribute_faces(ingested, cells, range.clone(), repairs, folder, memory)?;
+        let (faces, degenerate) =
+            distribute_faces(ingested, cells, range.clone(), repairs, folder, memory)?;
+        // Each of these steps meets all faces.
+        repaired.degenerate_triangles = degenerate;
         for (cell, (vertices, faces)) in range.zip(vertices.into_iter().zip(faces)) {
-            done(build_region(cell, &vertices, &faces, repairs)?)?;
+            let region = build_region(cell, &vertices, &faces, repairs)?;
+            repaired.non_manifold_vertices += region.non_manifold.len() as u64;
+            done(region)?;
         }
     }
-    Ok(())
+    Ok(repaired)
 }
 
 fn writers(
@@ -75,7 +90,8 @@ fn distribute_vertices(
 }
 
 /// Writes each triangle to the files of its cells: a byte whose bits say which corners belong to other cells, the three
-/// vertices, and the position and the cell of each corner that belongs to another cell.
+/// vertices, and the position and the cell of each corner that belongs to another cell. Returns the files, and the
+/// number of triangles that use a vertex twice.
 fn distribute_faces(
     ingested: &Ingested,
     cells: &Cells,
@@ -83,12 +99,14 @@ fn distribute_faces(
     repairs: Repairs,
     folder: &Path,
     memory: u64,
-) -> Result<Vec<ScratchFile>, Error> {
+) -> Result<(Vec<ScratchFile>, u64), Error> {
     let mut files = writers(range.clone(), |cell| folder.join(format!("cell-{cell}-faces")))?;
     let mut record = Vec::new();
+    let mut degenerate = 0;
     ingested.each_triangle(memory, |ids, at| {
         if let Some(vertex) = repeated(ids) {
             if repairs.drop_degenerate {
+                degenerate += 1;
                 return Ok(());
             }
             return Err(Error::Degenerate { vertex });
@@ -110,7 +128,8 @@ fn distribute_faces(
         }
         Ok(())
     })?;
-    files.into_iter().map(ScratchWriter::finish).collect()
+    let files = files.into_iter().map(ScratchWriter::finish).collect::<Result<_, _>>()?;
+    Ok((files, degenerate))
 }
 
 fn repeated([a, b, c]: [u64; 3]) -> Option<u64> {

@@ -24,7 +24,7 @@ use crate::reduce::{proved_distance, reduce};
 use crate::region::Region;
 use crate::sealed_json::{self, Origin, Sealed, combine};
 use crate::seam_strips::SeamStrips;
-use crate::split::{forecast, split};
+use crate::split::{Repaired, forecast, split};
 use crate::step::Step;
 
 /// The largest size of a manifest in bytes. Planes between cells take most of it.
@@ -43,6 +43,7 @@ pub struct Work {
     /// The checksum of the manifest, by which the other files name their run.
     run: String,
     lock: Arc<FolderLock>,
+    repaired: Repaired,
 }
 
 impl Work {
@@ -112,16 +113,18 @@ impl Work {
         let nonce = format!("{:032x}", fastrand::u128(..));
         let origin = Origin { run: &nonce, file: RUN, inputs: "" };
         let run = sealed_json::write(&prepared, origin, &manifest)?;
-        let work = Self { folder, manifest, run, lock };
+        let mut work = Self { folder, manifest, run, lock, repaired: Repaired::default() };
         let (cells, repairs) = (&work.manifest.cells, work.manifest.settings.repairs);
         let (mut done, of) = (0, u64::from(cells.count()));
-        split(&ingested, cells, repairs, &scratch, capacity.stream / 2, &mut |region| {
-            work.put(&region, Kind::Region, None)?;
-            done += 1;
-            let step = Step { what: "splitting", done, of, level: 0 };
-            if observer(step) { Ok(()) } else { Err(Error::Stopped) }
-        })?;
+        let repaired =
+            split(&ingested, cells, repairs, &scratch, capacity.stream / 2, &mut |region| {
+                work.put(&region, Kind::Region, None)?;
+                done += 1;
+                let step = Step { what: "splitting", done, of, level: 0 };
+                if observer(step) { Ok(()) } else { Err(Error::Stopped) }
+            })?;
         drop(ingested);
+        work.repaired = repaired;
         let path = work.folder.join(RUN);
         fs::rename(&prepared, &path).map_err(Error::io(&path))?;
         Ok(work)
@@ -139,7 +142,8 @@ impl Work {
         let sealed = read.ok_or_else(|| Error::NoWorkFolder { path: folder.to_owned() })?;
         sealed.content.check(&path)?;
         let Sealed { content: manifest, seal: run, .. } = sealed;
-        Ok(Self { folder: folder.to_owned(), manifest, run, lock: Arc::new(lock) })
+        let (folder, repaired) = (folder.to_owned(), Repaired::default());
+        Ok(Self { folder, manifest, run, lock: Arc::new(lock), repaired })
     }
 
     /// Checks that the folder belongs to this input and these settings.
@@ -177,6 +181,12 @@ impl Work {
     #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// The repairs of the input, if it was split by this process; otherwise nothing.
+    #[must_use]
+    pub fn repaired(&self) -> Repaired {
+        self.repaired
     }
 
     /// The settings, the input and the cells.
