@@ -1,11 +1,13 @@
 //! `curvmesh.render` and `curvmesh.figure`.
 
-use mesh_core::glam::DVec3;
+use mesh_core::TriMesh;
+use mesh_core::glam::{DQuat, DVec3};
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
     ColorMap, Drawing, Legend, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side,
     Style, Texture, View, draw_svg, render as draw, sheet,
 };
+use mesh_view::Up;
 use mesh_work::Source;
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -23,12 +25,19 @@ pub(crate) enum Directions {
     Sides(Vec<String>),
 }
 
+/// What is up in the picture.
+#[derive(FromPyObject)]
+pub(crate) enum Upright {
+    Vector([f64; 3]),
+    Named(String),
+}
+
 /// How a mesh is drawn, as it comes from Python.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct StyleGiven {
-    direction: Directions,
-    up: [f64; 3],
+    direction: Option<Directions>,
+    up: Upright,
     size: [u32; 2],
     edges: f64,
     outlines: f64,
@@ -44,9 +53,57 @@ pub(crate) struct StyleGiven {
     bar: bool,
 }
 
-enum Seen {
-    From(DVec3, DVec3),
+/// The usual direction from the model to the camera, where y is up.
+const TOWARD: DVec3 = DVec3::new(0.4, 0.3, 1.0);
+
+/// From where, where the chosen axis is up.
+enum Toward {
+    /// A direction in the axes of the model.
+    Given(DVec3),
+    /// A direction that turns with the axis.
+    Usual,
     Sides(Vec<Side>),
+}
+
+/// What is up.
+enum UpRule {
+    Axis(Up),
+    /// As the shape and the place of the mesh say.
+    Auto,
+    Vector(DVec3),
+}
+
+/// A view: the directions to the camera and up, and the name of the side.
+type Sight = (DVec3, DVec3, &'static str);
+
+/// From where a mesh is seen, and what is up.
+struct Seen {
+    toward: Toward,
+    up: UpRule,
+}
+
+impl Seen {
+    fn sights(&self, mesh: &TriMesh) -> Vec<Sight> {
+        let axis = match self.up {
+            UpRule::Axis(up) => Ok(up),
+            UpRule::Auto => {
+                let triangles = mesh.topology().triangles().collect::<Vec<_>>();
+                Ok(Up::of_shape(mesh.positions(), &triangles).unwrap_or_default())
+            }
+            UpRule::Vector(up) => Err(up),
+        };
+        let (turn, up) = match axis {
+            Ok(axis) => (axis.turn(), axis.axis()),
+            Err(vector) => (DQuat::IDENTITY, vector),
+        };
+        match &self.toward {
+            Toward::Given(toward) => vec![(*toward, up, "")],
+            Toward::Usual => vec![(turn * TOWARD, up, "")],
+            Toward::Sides(sides) => {
+                sides.iter().map(|s| (turn * s.toward(), turn * s.up(), s.name())).collect()
+            }
+        }
+    }
 }
 
 /// The options that numbers become colours by.
@@ -78,14 +135,26 @@ impl StyleGiven {
                 ))
             })
         };
-        match &self.direction {
-            Directions::Vector(toward) => {
-                Ok(Seen::From(vector("direction", *toward)?, vector("up", self.up)?))
+        let toward = match &self.direction {
+            None => Toward::Usual,
+            Some(Directions::Vector(toward)) => Toward::Given(vector("direction", *toward)?),
+            Some(Directions::Sides(names)) => {
+                Toward::Sides(names.iter().map(side).collect::<Result<_, _>>()?)
             }
-            Directions::Sides(names) => {
-                Ok(Seen::Sides(names.iter().map(side).collect::<Result<_, _>>()?))
+        };
+        let up = match &self.up {
+            Upright::Vector(_) if matches!(toward, Toward::Sides(_)) => {
+                let axes = "x, y, z, -x, -y, -z or auto";
+                return Err(Failure::option(format!("sides turn with an axis; up is {axes}")));
             }
-        }
+            Upright::Vector(up) => UpRule::Vector(vector("up", *up)?),
+            Upright::Named(name) => {
+                let axes = Up::ALL.map(|up| (up.name(), Some(up)));
+                let found = choose("up", name, &[&[("auto", None)], &axes[..]].concat())?;
+                found.map_or(UpRule::Auto, UpRule::Axis)
+            }
+        };
+        Ok(Seen { toward, up })
     }
 
     fn style(&self) -> Result<Style, Failure> {
@@ -193,8 +262,8 @@ pub(crate) fn figure(
     shown: Option<ValuesGiven<'_>>,
     style: StyleGiven,
 ) -> PyResult<Figure> {
-    let job = Job::new(mesh, shown.as_ref(), &style).and_then(|job| match &job.seen {
-        Seen::Sides(sides) if sides.len() != 1 => {
+    let job = Job::new(mesh, shown.as_ref(), &style).and_then(|job| match &job.seen.toward {
+        Toward::Sides(sides) if sides.len() != 1 => {
             Err(Failure::option("a figure has one view; give one side, or use render"))
         }
         _ => Ok(job),
@@ -205,12 +274,8 @@ pub(crate) fn figure(
         let source = content.source()?;
         let painting = job.painting(source)?;
         let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
-        let (toward, up) = match &job.seen {
-            Seen::From(toward, up) => (*toward, *up),
-            Seen::Sides(sides) => {
-                sides.first().map_or((DVec3::Z, DVec3::Y), |side| (side.toward(), side.up()))
-            }
-        };
+        let sights = job.seen.sights(source.mesh);
+        let &(toward, up, _) = sights.first().ok_or_else(|| Failure::option("there is no side"))?;
         let legend = painting.legend();
         let beside = legend.filter(|_| style.bar).map(|legend| (legend, &*style.label));
         let drawing = draw_svg(&scene, &view_of(source, toward, up)?, &job.how, beside);
@@ -240,17 +305,14 @@ pub(crate) fn render<'py>(
         let from = |toward, up| -> Result<Picture, Ended> {
             Ok(draw(&scene, &view_of(source, toward, up)?, how).map_err(Failure::from)?)
         };
-        let mut picture = match &job.seen {
-            Seen::From(toward, up) => from(*toward, *up)?,
-            Seen::Sides(sides) if sides.len() == 1 => from(sides[0].toward(), sides[0].up())?,
-            Seen::Sides(sides) => {
-                let view = |side: &Side| -> Result<_, Ended> {
-                    Ok((from(side.toward(), side.up())?, side.name().to_owned()))
-                };
-                let views = sides.iter().map(view).collect::<Result<Vec<_>, Ended>>()?;
-                let options = SheetOptions { background: how.background, ..Default::default() };
-                sheet(&views, &options).map_err(Failure::from)?
-            }
+        let sights = job.seen.sights(source.mesh);
+        let mut picture = if let [(toward, up, _)] = sights[..] {
+            from(toward, up)?
+        } else {
+            let view = |&(toward, up, name): &Sight| Ok((from(toward, up)?, name.to_owned()));
+            let views = sights.iter().map(view).collect::<Result<Vec<_>, Ended>>()?;
+            let options = SheetOptions { background: how.background, ..Default::default() };
+            sheet(&views, &options).map_err(Failure::from)?
         };
         let legend = painting.legend();
         if let Some(legend) = legend.filter(|_| style.bar) {

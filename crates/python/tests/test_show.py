@@ -32,6 +32,31 @@ def test_a_picture_shows_values(bumpy: cm.Mesh, tmp_path: Path) -> None:
             cm.render(bumpy, **options)  # type: ignore[arg-type]
 
 
+def test_a_picture_has_its_axis_up(bumpy: cm.Mesh) -> None:
+    def pixels(**options: Any) -> Any:
+        return cm.render(bumpy, size=(120, 120), **options).pixels.astype(float)
+
+    def difference(a: Any, b: Any) -> float:
+        return float(abs(a - b).mean())
+
+    usual = pixels()
+    assert (usual == pixels(direction=(0.4, 0.3, 1.0), up=(0.0, 1.0, 0.0))).all()
+    standing = pixels(up="z")
+    assert difference(standing, pixels(direction=(0.4, -1.0, 0.3), up=(0.0, 0.0, 1.0))) < 0.1
+    assert difference(standing, usual) > 1.0
+    assert difference(pixels(direction="top", up="z"), pixels(direction=(0, 0, 1), up=(0, 1, 0))) < 0.1
+    x, y = np.meshgrid(np.linspace(-1, 1, 9), np.linspace(-1, 1, 9), indexing="ij")
+    corners = np.stack([x, y, 0.2 * np.sin(3 * x)], axis=-1).reshape(-1, 3)
+    first = (9 * np.arange(8)[:, None] + np.arange(8)).reshape(-1)
+    faces = np.stack([first, first + 9, first + 10, first, first + 10, first + 1], axis=-1).reshape(-1, 3)
+    field = cm.Mesh(corners, faces)
+    guessed, fixed = (cm.render(field, size=(90, 90), up=up).pixels for up in ("auto", "z"))
+    assert (guessed == fixed).all()
+    for options in ({"up": "north"}, {"up": (0, 0, 0)}, {"direction": "top", "up": (0, 0, 1)}):
+        with pytest.raises(cm.OptionError, match="up"):
+            cm.render(bumpy, **options)  # type: ignore[arg-type]
+
+
 def test_integers_are_labels(bumpy: cm.Mesh) -> None:
     """Labels 2 and 5 have the colours of their numbers, and no colour in between."""
     side = bumpy.vertices[:, 0] > 0

@@ -190,8 +190,10 @@ def _asked(
         is_scaled = style["colormap"] is not None or style["range"] != "auto" or style["log"]
         shown = (kind, array, labels and not is_scaled)
     direction, label = style["direction"], style["label"]
-    style["direction"] = [direction] if isinstance(direction, str) else list(direction)
-    style["up"], style["size"] = list(style["up"]), list(style["size"])
+    if direction is not None:
+        style["direction"] = [direction] if isinstance(direction, str) else list(direction)
+    up = style["up"]
+    style["up"], style["size"] = up if isinstance(up, str) else list(up), list(style["size"])
     style["label"] = label or (values if isinstance(values, str) else "")
     style["range"] = _range(style["range"])
     return given, shown, style
@@ -222,8 +224,8 @@ def render(
     values: Values = None,
     *,
     on: On | None = None,
-    direction: str | Sequence[str] | Sequence[float] = (0.4, 0.3, 1.0),
-    up: Sequence[float] = (0.0, 1.0, 0.0),
+    direction: str | Sequence[str] | Sequence[float] | None = None,
+    up: Up | Sequence[float] = "y",
     size: tuple[int, int] = (900, 900),
     edges: float = 0.0,
     outlines: float = 0.0,
@@ -252,11 +254,14 @@ def render(
     on : str, optional
         Whether `values` belong to each ``"vertex"`` or each ``"face"``; required if both counts are equal, or
         both have data of that name.
-    direction : sequence of float, str or sequence of str
+    direction : sequence of float, str or sequence of str, optional
         From the model to the camera; or a side (``"front"``, ``"back"``, ``"left"``, ``"right"``,
-        ``"top"``, ``"bottom"``, ``"corner"``), several of which make a sheet.
-    up : sequence of float
-        The upward direction of the picture, for a direction in numbers.
+        ``"top"``, ``"bottom"``, ``"corner"``), several of which make a sheet. By default from the front, a little
+        from the right and above: (0.4, 0.3, 1) if y is up.
+    up : str or sequence of float
+        The direction of the model that is up in the picture: ``"x"``, ``"y"``, ``"z"``, ``"-x"``, ``"-y"``,
+        ``"-z"``, three numbers, or ``"auto"``, which finds it from the shape as :func:`view` does. Sides and the
+        default of `direction` turn with an axis; sides do not take three numbers.
     size : (int, int)
         Width and height in pixels.
     edges, outlines : float
@@ -325,8 +330,8 @@ def figure(
     values: Values = None,
     *,
     on: On | None = None,
-    direction: str | Sequence[float] = (0.4, 0.3, 1.0),
-    up: Sequence[float] = (0.0, 1.0, 0.0),
+    direction: str | Sequence[float] | None = None,
+    up: Up | Sequence[float] = "y",
     size: tuple[int, int] = (900, 900),
     edges: float = 0.0,
     outlines: float = 0.0,
@@ -350,8 +355,8 @@ def figure(
     ----------
     mesh, values, on, up, size, edges, outlines, crease, smooth, plain, colormap, range, log, bar, label
         As for :func:`render`.
-    direction : sequence of float or str
-        From the model to the camera, or one side.
+    direction : sequence of float or str, optional
+        From the model to the camera, or one side; by default as in :func:`render`.
     supersampling : int
         Samples per pixel and direction, from 1 to 8, that decide which faces are seen.
 
