@@ -146,6 +146,26 @@ fn sheets_and_what_is_hidden_are_left_alone() {
 }
 
 /// Many parts in a row, and shells in shells, take n log n and not n^2.
+/// The pages of a book: half-planes around an axis, whose boxes overlap.
+#[test]
+fn among_too_many_overlapping_faces_nothing_is_decided() {
+    let facings = |pages: u32| {
+        let mut soup = PolygonSoup::new();
+        for page in 0..pages {
+            let (y, x) = (core::f64::consts::PI * f64::from(page) / f64::from(pages)).sin_cos();
+            let first = 3 * page;
+            for p in [DVec3::ZERO, DVec3::Z, DVec3::new(x, y, 0.5)] {
+                soup.push_vertex(p);
+            }
+            soup.push_face(&[first, first + 1, first + 2]).unwrap();
+        }
+        build(&soup, &Repair::strict()).unwrap().mesh.facings()
+    };
+    // The first page shows its back.
+    assert_eq!(facings(30).of_component[0], Facing::InsideOut);
+    assert_eq!(facings(4000).count(Facing::Undecided), 4000);
+}
+
 #[test]
 fn many_components_are_decided() {
     let mut soup = PolygonSoup::new();

@@ -16,7 +16,7 @@
 
 use glam::DVec3;
 
-use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair, same_direction};
+use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
 use crate::build::touching::{Wedges, is_closed_around, pairs_around};
 use crate::index::as_u32;
 use crate::topology::pairing::{TopologyError, check_corners};
@@ -81,12 +81,11 @@ impl Fans {
     }
 
     /// Whether two sides of an edge run from the same fan to the same fan.
-    fn has_twins(&self, triangles: &[[u32; 3]], edge: &[u32]) -> bool {
-        let fans = |side: u32| [side, next(side)].map(|corner| self.of_corner[corner as usize]);
-        edge.iter().enumerate().any(|(i, &a)| {
-            let is_twin = |&b: &u32| same_direction(triangles, a, b) && fans(a) == fans(b);
-            edge[..i].iter().any(is_twin)
-        })
+    fn has_twins(&self, edge: &[u32]) -> bool {
+        let fans = |&side: &u32| [side, next(side)].map(|corner| self.of_corner[corner as usize]);
+        let mut ends: Vec<[u32; 2]> = edge.iter().map(fans).collect();
+        ends.sort_unstable();
+        ends.windows(2).any(|pair| pair[0] == pair[1])
     }
 
     /// The vertices with more than one fan and the number of fans at each, ascending.
@@ -139,7 +138,7 @@ pub(crate) fn cut_apart(
             pairs.into_iter().flatten().for_each(|pair| link(pair, &mut mate));
         }
         fans = Fans::linked(triangles, &mate);
-        unresolved = touching.iter().copied().filter(|e| fans.has_twins(triangles, e)).collect();
+        unresolved = touching.iter().copied().filter(|e| fans.has_twins(e)).collect();
     }
     let mut taken = vec![false; vertex_count];
     let mut copies = Vec::new();

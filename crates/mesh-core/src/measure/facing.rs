@@ -10,7 +10,8 @@
 //!    bounding box from which the holes are closed. They are treated like closed ones, but contain nothing.
 //! 3. **Open components** by visibility from far outside: the side whose visible area is larger by a tenth is
 //!    the front (`visibility`).
-//! 4. **Undecided** are components without volume, flat sheets, and components hidden inside others.
+//! 4. **Undecided** are components without volume, flat sheets, components hidden inside others, and open components
+//!    among so many overlapping faces that visibility would take too long.
 //!
 //! Time: O(n log n) with one ray per component and one location per vertex of a nested component. Components whose
 //! boxes lie in no other box cost one ray only.
