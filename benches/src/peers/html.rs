@@ -34,6 +34,7 @@ pub(super) fn page(rows: &[Record], folder: &Path) -> Result<String, Failure> {
 <style>{STYLE}</style>
 </head>
 <body>
+<main>
 <h1>Simplification compared</h1>
 <p class="note">{facts}</p>
 <div id="controls"></div>
@@ -51,6 +52,7 @@ pub(super) fn page(rows: &[Record], folder: &Path) -> Result<String, Failure> {
 <h2>All runs</h2>
 <p class="note">Distances are in percent of the diagonal of the bounding box.</p>
 <div class="scroll"><table id="cells"></table></div>
+</main>
 <script type="application/json" id="data">{data}</script>
 <script>{SCRIPT}</script>
 </body>
