@@ -272,14 +272,23 @@ proptest! {
         let soup = PolygonSoup::from_triangles(&moment_curve(vertices), &faces).unwrap();
         let built = build(&soup, &Repair::lenient()).unwrap();
         check_promises(&soup, &built);
-        let mut kept: Vec<[u32; 3]> = faces
-            .iter()
-            .filter(|[a, b, c]| a != b && b != c && c != a)
-            .map(|face| { let mut face = *face; face.sort_unstable(); face })
-            .collect();
-        kept.sort_unstable();
-        kept.dedup();
-        prop_assert_eq!(kept.len(), built.mesh.topology().face_count());
+        let sorted = |faces: &mut dyn Iterator<Item = [u32; 3]>| {
+            let mut faces: Vec<[u32; 3]> = faces
+                .map(|mut face| { face.sort_unstable(); face })
+                .filter(|[a, b, c]| a != b && b != c)
+                .collect();
+            faces.sort_unstable();
+            faces
+        };
+        let given = sorted(&mut faces.iter().copied());
+        let source = &built.provenance.vertex_source;
+        let made = built.mesh.topology().triangles();
+        let made = sorted(&mut made.map(|face| face.map(|v| source[v as usize])));
+        prop_assert_eq!(made.len(), given.len() - built.report.dropped_duplicates.count());
+        // A wall between closed parts has two copies, a face none.
+        let once = |mut faces: Vec<[u32; 3]>| { faces.dedup(); faces };
+        prop_assert!(made.windows(3).all(|faces| faces[0] != faces[2]));
+        prop_assert_eq!(once(made), once(given));
         if let Ok(strict) = build(&soup, &Repair::strict()) {
             prop_assert_eq!(strict.mesh.topology().face_count(), faces.len());
             prop_assert!(strict.report.is_unchanged());

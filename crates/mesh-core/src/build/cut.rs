@@ -17,7 +17,7 @@
 use glam::DVec3;
 
 use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
-use crate::build::touching::{Wedges, is_closed_around, pairs_around};
+use crate::build::touching::{Wedges, is_closed_around, is_inside_out, pairs_around};
 use crate::index::as_u32;
 use crate::topology::pairing::{TopologyError, check_corners};
 
@@ -127,6 +127,7 @@ pub(crate) fn cut_apart(
     let mut fans = Fans::linked(triangles, &mate);
     let touching: Vec<&[u32]> =
         edges.iter().filter(|edge| is_closed_around(triangles, edge)).collect();
+    let is_inside_out = !touching.is_empty() && is_inside_out(&position, triangles);
     let mut unresolved = touching.clone();
     for wedges in [Some(Wedges::Inside), Some(Wedges::Outside), None] {
         if unresolved.is_empty() {
@@ -134,7 +135,8 @@ pub(crate) fn cut_apart(
         }
         for edge in &unresolved {
             edge.iter().for_each(|&side| mate[side as usize] = NONE);
-            let pairs = wedges.map(|wedges| pairs_around(&position, triangles, edge, wedges));
+            let pairs = wedges
+                .map(|wedges| pairs_around(&position, triangles, edge, wedges, is_inside_out));
             pairs.into_iter().flatten().for_each(|pair| link(pair, &mut mate));
         }
         fans = Fans::linked(triangles, &mate);

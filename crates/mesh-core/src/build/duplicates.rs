@@ -1,6 +1,9 @@
 //! Triangles with the same three vertices.
 
-use crate::build::edges::{EdgeTable, edge_ends, previous};
+use crate::build::edges::{EdgeTable, NONE, edge_ends, previous};
+use crate::build::touching::is_closed_around;
+use crate::index::as_u32;
+use crate::topology::disjoint_sets::DisjointSets;
 
 /// A triangle that repeats an earlier one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,4 +35,53 @@ pub(crate) fn find_duplicates(triangles: &[[u32; 3]], edges: &EdgeTable) -> Vec<
     }
     duplicates.sort_unstable_by_key(|duplicate| duplicate.face);
     duplicates
+}
+
+/// The duplicates that are no walls. A wall is where closed parts lie on each other with the same triangles: two copies of
+/// each, which face opposite ways. At its rim, as many sides run along each edge as back with both copies, and other
+/// faces are among them. (A sheet that is given once per side has no other faces at its rim.)
+pub(crate) fn without_walls(
+    duplicates: Vec<Duplicate>,
+    triangles: &[[u32; 3]],
+    edges: &EdgeTable,
+) -> Vec<Duplicate> {
+    // Per face that faces the opposite way as its only copy, the number of the pair.
+    let mut pair = vec![NONE; triangles.len()];
+    let mut copies = vec![0_u8; triangles.len()];
+    for Duplicate { original, .. } in &duplicates {
+        let copies = &mut copies[*original as usize];
+        *copies = copies.saturating_add(1);
+    }
+    for (number, &Duplicate { face, original }) in duplicates.iter().enumerate() {
+        let [a, b] = [original, face].map(|face| triangles[face as usize]);
+        let is_reversed = (0..3).any(|k| a == [b[(k + 2) % 3], b[(k + 1) % 3], b[k]]);
+        if is_reversed && copies[original as usize] == 1 {
+            pair[face as usize] = as_u32(number);
+            pair[original as usize] = as_u32(number);
+        }
+    }
+    let mut sheets = DisjointSets::new(duplicates.len());
+    for edge in edges.iter().filter(|edge| edge.len() > 2) {
+        let pairs =
+            || edge.iter().map(|&side| pair[side as usize / 3]).filter(|&pair| pair != NONE);
+        pairs().zip(pairs().skip(1)).for_each(|(a, b)| sheets.union(a, b));
+    }
+    let (mut is_held, mut is_torn) = (vec![false; duplicates.len()], vec![false; duplicates.len()]);
+    for edge in edges.iter().filter(|edge| edge.len() > 2) {
+        let of = |side: &u32| pair[*side as usize / 3];
+        let Some(doubled) = edge.iter().map(of).find(|&pair| pair != NONE) else { continue };
+        if edge.iter().map(of).any(|pair| pair == NONE) {
+            let sheet = sheets.find(doubled) as usize;
+            let list = if is_closed_around(triangles, edge) { &mut is_held } else { &mut is_torn };
+            list[sheet] = true;
+        }
+    }
+    let mut is_wall = |&Duplicate { face, .. }: &Duplicate| match pair[face as usize] {
+        NONE => false,
+        pair => {
+            let sheet = sheets.find(pair) as usize;
+            is_held[sheet] && !is_torn[sheet]
+        }
+    };
+    duplicates.iter().copied().filter(|duplicate| !is_wall(duplicate)).collect()
 }

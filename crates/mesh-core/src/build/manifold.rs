@@ -2,7 +2,7 @@
 
 use crate::build::cut::{Fans, cut_apart};
 use crate::build::draft::Draft;
-use crate::build::duplicates::find_duplicates;
+use crate::build::duplicates::{find_duplicates, without_walls};
 use crate::build::edges::{EdgeTable, edge_ends, same_direction};
 use crate::build::error::BuildError;
 use crate::build::orient::{Orientation, orient};
@@ -33,7 +33,11 @@ impl Draft<'_> {
     }
 
     fn drop_duplicates(&mut self) -> Result<(), BuildError> {
-        let duplicates = find_duplicates(&self.triangles, &self.edge_table());
+        let table = self.edge_table();
+        let mut duplicates = find_duplicates(&self.triangles, &table);
+        if self.repair.drop_duplicates && self.repair.cut_non_manifold && !duplicates.is_empty() {
+            duplicates = without_walls(duplicates, &self.triangles, &table);
+        }
         let Some(first) = duplicates.first() else {
             return Ok(());
         };

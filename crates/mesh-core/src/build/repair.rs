@@ -32,7 +32,8 @@ pub struct Repair {
     /// of zero area with three distinct vertices stay: dropping them would open cracks.
     pub drop_degenerate: bool,
     /// Of all triangles with the same three vertices, in any order, keep only the first. A sheet that is given
-    /// twice, once per side, keeps one side.
+    /// twice, once per side, keeps one side. With `cut_non_manifold`, walls between closed parts that lie on each other
+    /// stay: the parts come apart closed.
     pub drop_duplicates: bool,
     /// Reverse faces until neighbours agree and components face outward.
     ///

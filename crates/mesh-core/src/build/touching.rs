@@ -31,12 +31,24 @@ pub(crate) fn is_closed_around(triangles: &[[u32; 3]], edge: &[u32]) -> bool {
     edge.len() > 2 && 2 * along == edge.len()
 }
 
-/// The sides of an edge that is closed around, in pairs.
+/// Whether the triangles as a whole face inward: they enclose a negative volume.
+pub(crate) fn is_inside_out(position: impl Fn(u32) -> DVec3, triangles: &[[u32; 3]]) -> bool {
+    let Some(&[first, ..]) = triangles.first() else { return false };
+    let origin = position(first);
+    let terms = triangles.iter().map(|triangle| {
+        let [a, b, c] = triangle.map(|v| position(v) - origin);
+        a.dot(b.cross(c))
+    });
+    terms.sum::<f64>() < 0.0
+}
+
+/// The sides of an edge that is closed around, in pairs. The faces show outward, or inward if they are inside out.
 pub(crate) fn pairs_around(
     position: impl Fn(u32) -> DVec3,
     triangles: &[[u32; 3]],
     edge: &[u32],
     wedges: Wedges,
+    is_inside_out: bool,
 ) -> Vec<[u32; 2]> {
     let Some(&first) = edge.first() else { return Vec::new() };
     let [from, to] = edge_ends(triangles, first);
@@ -48,13 +60,13 @@ pub(crate) fn pairs_around(
     };
     let x = arm(first);
     let y = axis.cross(x);
-    let runs_along = |side: u32| side_ends(triangles, side)[0] == from;
+    let begins = |side: u32| (side_ends(triangles, side)[0] == from) == is_inside_out;
     let mut around: Vec<(f64, bool, u32)> = edge
         .iter()
         .map(|&side| {
             let angle = arm(side).dot(y).atan2(arm(side).dot(x)).rem_euclid(TAU);
             let angle = if angle > TAU - SAME_ANGLE { 0.0 } else { angle };
-            (angle, !runs_along(side), side)
+            (angle, begins(side), side)
         })
         .collect();
     around.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -103,7 +115,7 @@ mod tests {
         let (positions, triangles) = star(angles);
         let edge: Vec<u32> = (0..).step_by(3).take(triangles.len()).collect();
         assert!(is_closed_around(&triangles, &edge));
-        let mut pairs = pairs_around(|v| positions[v as usize], &triangles, &edge, wedges);
+        let mut pairs = pairs_around(|v| positions[v as usize], &triangles, &edge, wedges, false);
         pairs.iter_mut().for_each(|pair| *pair = pair.map(|side| side / 3));
         pairs.iter_mut().for_each(|pair| pair.sort_unstable());
         pairs.sort_unstable();
