@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use mesh_core::build::{Sample, VertexPair};
-use mesh_core::{BuildError, Built, PolygonSoup, Repair, Weld, build};
+use mesh_core::{BuildError, Built, PolygonSoup, Repair, Weld, build, diagnose};
 use proptest::prelude::*;
 
 fn soup(positions: &[[f64; 3]], faces: &[&[u32]]) -> PolygonSoup {
@@ -289,6 +289,7 @@ proptest! {
         let once = |mut faces: Vec<[u32; 3]>| { faces.dedup(); faces };
         prop_assert!(made.windows(3).all(|faces| faces[0] != faces[2]));
         prop_assert_eq!(once(made), once(given));
+        prop_assert_eq!(diagnose(&built.mesh.to_soup()).unwrap().duplicate_faces, 0);
         if let Ok(strict) = build(&soup, &Repair::strict()) {
             prop_assert_eq!(strict.mesh.topology().face_count(), faces.len());
             prop_assert!(strict.report.is_unchanged());

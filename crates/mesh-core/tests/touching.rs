@@ -129,6 +129,27 @@ fn walls_on_each_other_stay_apart() {
     assert!((built.mesh.volume() - 2.0).abs() < 1e-12);
 }
 
+/// A sheet that is given once per side keeps one side, also where it is a fin on a closed surface: both sides would be a
+/// closed part without a volume.
+#[test]
+fn sheets_without_a_volume_keep_one_side() {
+    let positions: Vec<DVec3> = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [2, 2, 2], [3, 2, 2]]
+        .map(|p: [i32; 3]| DVec3::from(p.map(f64::from)))
+        .to_vec();
+    let solid = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let fins: [&[[u32; 3]]; 3] = [
+        &[[1, 2, 4], [4, 2, 1]],
+        &[[1, 2, 4], [4, 2, 1], [1, 4, 5], [5, 4, 1]],
+        &[[4, 5, 1], [1, 5, 4]],
+    ];
+    for fin in fins {
+        let soup = PolygonSoup::from_triangles(&positions, &[&solid, fin].concat()).unwrap();
+        let built = build(&soup, &Repair::lenient()).unwrap();
+        assert_eq!(built.mesh.topology().face_count(), 4 + fin.len() / 2);
+        assert_eq!(diagnose(&built.mesh.to_soup()).unwrap().duplicate_faces, 0);
+    }
+}
+
 /// Three sheets that meet in an edge have no inside; all get a boundary there.
 #[test]
 fn a_fin_is_cut_off() {

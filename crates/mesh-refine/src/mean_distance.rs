@@ -19,22 +19,41 @@ pub fn mean_distance(
     mesh: &TriMesh,
     points: usize,
 ) -> Result<f64, RefineError> {
-    let surface = Surface::new(mesh)?;
-    let [forward, backward] = [(original, &surface), (&surface, original)];
-    Ok(0.5 * (mean_from(forward, points) + mean_from(backward, points)))
+    Ok(measure(original, mesh, points)?.mean)
 }
 
-fn mean_from((from, to): (&Surface, &Surface), points: usize) -> f64 {
+/// Distances at points of both surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Measured {
+    /// The average of the means of both directions.
+    pub(crate) mean: f64,
+    /// The largest one.
+    pub(crate) max: f64,
+}
+
+/// As [`mean_distance`], with the largest distance.
+pub(crate) fn measure(
+    original: &Surface,
+    mesh: &TriMesh,
+    points: usize,
+) -> Result<Measured, RefineError> {
+    let surface = Surface::new(mesh)?;
+    let [forward, backward] =
+        [(original, &surface), (&surface, original)].map(|pair| measure_from(pair, points));
+    Ok(Measured { mean: 0.5 * (forward.mean + backward.mean), max: forward.max.max(backward.max) })
+}
+
+fn measure_from((from, to): (&Surface, &Surface), points: usize) -> Measured {
     let corners = |t: u32| from.triangle(t as usize);
     let spread = Spread::new(from.in_space(), corners, points.max(from.triangle_count()), SEED);
     let spots: Vec<Spot> = spread.spots(corners, 0..spread.len()).collect();
     let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
     let distances = to.closest_to_neighbours(&points).into_iter().map(|closest| closest.distance);
-    let add = |[sum, all]: [f64; 2], (spot, distance): (&Spot, f64)| {
-        [sum + spot.share * distance, all + spot.share]
+    let add = |[sum, all, max]: [f64; 3], (spot, distance): (&Spot, f64)| {
+        [sum + spot.share * distance, all + spot.share, max.max(distance)]
     };
-    let [sum, all] = spots.iter().zip(distances).fold([0.0; 2], add);
-    if all > 0.0 { sum / all } else { 0.0 }
+    let [sum, all, max] = spots.iter().zip(distances).fold([0.0; 3], add);
+    Measured { mean: if all > 0.0 { sum / all } else { 0.0 }, max }
 }
 
 #[cfg(test)]

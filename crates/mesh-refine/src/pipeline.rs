@@ -13,7 +13,7 @@ use crate::fit::constraints::FitConstraints;
 use crate::fit::spread::area;
 use crate::fit::{FitOptions, FitReport, fit_observed};
 use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
-use crate::mean_distance::mean_distance;
+use crate::mean_distance::{Measured, measure};
 use crate::observer::Observer;
 use crate::texture_folds::{Texture, TextureCheck, fit_unfolded};
 use crate::unfold::{UnfoldOptions, UnfoldReport, unfold};
@@ -74,6 +74,10 @@ impl Refined {
 /// The number of points at which the mean distance is measured that decides whether a stage stays.
 const POINTS: usize = 8_000;
 
+/// The largest distance, as a share of the diagonal of the original, of a mesh that lies on it, as flat parts of CAD
+/// models do: less than the rounding of single precision. Only rounding is left to reduce there.
+const EXACT: f64 = 1e-7;
+
 /// The largest number of times that the largest errors are reduced.
 const PASSES: usize = 3;
 
@@ -90,7 +94,8 @@ pub struct Steps {
     pub unfold: Option<UnfoldOptions>,
     /// Whether each stage is measured, and undone if the mean distance in both directions has risen; the reduction of
     /// the largest errors, if it has risen by more than its [`MaxErrorOptions::max_rise`]. Fit and annealing are also
-    /// undone if they leave faces turned over. On large meshes this takes time, and chance hardly matters there.
+    /// undone if they leave faces turned over. No stage runs if the mesh lies on the original, up to the rounding of
+    /// single precision. On large meshes this takes time, and chance hardly matters there.
     pub undo: bool,
 }
 
@@ -144,7 +149,12 @@ impl<'a> Pipeline<'a> {
         let Level { mesh, protected, vertex_map } = level;
         let texture = self.texture.as_ref().map(|texture| texture.check(&vertex_map));
         let mut done = Refined::untouched(mesh, self.constraints(protected));
-        let mut mean = self.measured(&done.mesh)?;
+        let start = self.measured(&done.mesh)?;
+        if start.is_some_and(|start| start.max <= EXACT * self.original.bounding_box().diagonal()) {
+            self.unfold(&mut done, &vertex_map);
+            return Ok((done, vertex_map));
+        }
+        let mut mean = start.map(|start| start.mean);
         let level = mean.is_some().then(|| done.clone());
         if let Some(options) = &self.steps.fit {
             let Refined { mesh, constraints, .. } = &mut done;
@@ -154,7 +164,7 @@ impl<'a> Pipeline<'a> {
                 }
                 None => fit_observed(mesh, self.original, constraints, options, observer)?,
             });
-            let after = self.measured(&done.mesh)?;
+            let after = self.mean_of(&done.mesh)?;
             match &level {
                 Some(level) if after > mean => done = level.clone(),
                 _ => mean = after,
@@ -168,7 +178,7 @@ impl<'a> Pipeline<'a> {
             let Refined { mesh, constraints, .. } = &mut done;
             let report = anneal_observed(mesh, self.original, constraints, options, observer)?;
             done.follow(&report.vertex_map);
-            let after = self.measured(&done.mesh)?;
+            let after = self.mean_of(&done.mesh)?;
             if after <= mean && done.folds_in(texture.as_ref()) <= before.folds_in(texture.as_ref())
             {
                 (done.anneal, mean) = (Some(report), after);
@@ -180,7 +190,7 @@ impl<'a> Pipeline<'a> {
         if let Some(mut level) = level.filter(|_| done.turned_over() > 0) {
             self.unfold(&mut level, &vertex_map);
             if level.turned_over() < done.turned_over() {
-                mean = self.measured(&level.mesh)?;
+                mean = self.mean_of(&level.mesh)?;
                 done = level;
             }
         }
@@ -208,7 +218,7 @@ impl<'a> Pipeline<'a> {
             }
             let before = done.clone();
             let rounds = self.reduce_once(done, &options, observer)?;
-            if self.measured(&done.mesh)? > most
+            if self.mean_of(&done.mesh)? > most
                 || done.folds_in(texture.as_ref()) > before.folds_in(texture.as_ref())
             {
                 *done = before;
@@ -267,9 +277,13 @@ impl<'a> Pipeline<'a> {
         done.unfold = Some(done.unfold.unwrap_or_default().then(report));
     }
 
-    /// The mean distance of a mesh from the original, if stages are undone that raise it.
-    fn measured(&self, mesh: &TriMesh) -> Result<Option<f64>, RefineError> {
-        self.steps.undo.then(|| mean_distance(self.original, mesh, POINTS)).transpose()
+    /// Distances of a mesh from the original, if stages are undone that raise their mean.
+    fn measured(&self, mesh: &TriMesh) -> Result<Option<Measured>, RefineError> {
+        self.steps.undo.then(|| measure(self.original, mesh, POINTS)).transpose()
+    }
+
+    fn mean_of(&self, mesh: &TriMesh) -> Result<Option<f64>, RefineError> {
+        Ok(self.measured(mesh)?.map(|measured| measured.mean))
     }
 
     fn constraints(

@@ -80,12 +80,23 @@ impl Fans {
         }
     }
 
-    /// Whether two sides of an edge run from the same fan to the same fan.
+    /// Whether two sides of an edge run from the same fan to the same fan, or two of its faces have the same fans at all
+    /// corners.
     fn has_twins(&self, edge: &[u32]) -> bool {
-        let fans = |&side: &u32| [side, next(side)].map(|corner| self.of_corner[corner as usize]);
-        let mut ends: Vec<[u32; 2]> = edge.iter().map(fans).collect();
-        ends.sort_unstable();
-        ends.windows(2).any(|pair| pair[0] == pair[1])
+        let sides = edge.iter().map(|&side| [side, next(side), NONE]);
+        let faces = edge.iter().map(|&side| [side, next(side), previous(side)]);
+        self.has_equal(sides.collect(), |_| ())
+            || self.has_equal(faces.collect(), |f| f.sort_unstable())
+    }
+
+    /// Whether two lists of corners have equal fans, after a change of each list of fans.
+    fn has_equal(&self, mut lists: Vec<[u32; 3]>, change: impl Fn(&mut [u32; 3])) -> bool {
+        for list in &mut lists {
+            *list = list.map(|c| if c == NONE { NONE } else { self.of_corner[c as usize] });
+            change(list);
+        }
+        lists.sort_unstable();
+        lists.windows(2).any(|pair| pair[0] == pair[1])
     }
 
     /// The vertices with more than one fan and the number of fans at each, ascending.

@@ -38,8 +38,8 @@ pub(crate) fn find_duplicates(triangles: &[[u32; 3]], edges: &EdgeTable) -> Vec<
 }
 
 /// The duplicates that are no walls. A wall is where closed parts lie on each other with the same triangles: two copies of
-/// each, which face opposite ways. At its rim, as many sides run along each edge as back with both copies, and other
-/// faces are among them. (A sheet that is given once per side has no other faces at its rim.)
+/// each, which face opposite ways. All along its rim there are other faces, and with both copies as many sides run along
+/// each edge as back. (A sheet that is given once per side has an edge with no other faces.)
 pub(crate) fn without_walls(
     duplicates: Vec<Duplicate>,
     triangles: &[[u32; 3]],
@@ -67,10 +67,11 @@ pub(crate) fn without_walls(
         pairs().zip(pairs().skip(1)).for_each(|(a, b)| sheets.union(a, b));
     }
     let (mut is_held, mut is_torn) = (vec![false; duplicates.len()], vec![false; duplicates.len()]);
-    for edge in edges.iter().filter(|edge| edge.len() > 2) {
+    for edge in edges.iter() {
         let of = |side: &u32| pair[*side as usize / 3];
         let Some(doubled) = edge.iter().map(of).find(|&pair| pair != NONE) else { continue };
-        if edge.iter().map(of).any(|pair| pair == NONE) {
+        let is_rim = edge.len() == 2 || edge.iter().map(of).any(|pair| pair == NONE);
+        if is_rim {
             let sheet = sheets.find(doubled) as usize;
             let list = if is_closed_around(triangles, edge) { &mut is_held } else { &mut is_torn };
             list[sheet] = true;
