@@ -9,6 +9,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::as_u32;
+use mesh_core::closest_point::closest_on_triangle;
 use mesh_core::parallel;
 use mesh_core::simd::{LANES, Vec3x8};
 
@@ -229,6 +230,34 @@ impl Bvh {
             }
         }
         nearest
+    }
+
+    /// Whether a triangle is no farther from a point than a distance, and is accepted. Triangles are named by their slots.
+    pub(crate) fn has_within(
+        &self,
+        point: DVec3,
+        distance: f64,
+        mut accepts: impl FnMut(u32) -> bool,
+    ) -> bool {
+        let enough = distance * distance;
+        let is_near =
+            |slot| closest_on_triangle(point, &self.triangle(slot)).length_squared() <= enough;
+        let mut stack = TraversalStack::new(self.root_height());
+        while let Some(task) = stack.pop() {
+            if task.height > 0 {
+                dispatch!(self.simd, simd => {
+                    let squares = self.squared_gaps(simd, Vec3x8::splat(simd, point), task);
+                    stack.push_children(task, squares, enough);
+                });
+            } else {
+                // The last leaf is filled up.
+                let end = ((task.index + 1) * as_u32(LANES)).min(as_u32(self.original.len()));
+                if (task.index * as_u32(LANES)..end).any(|slot| is_near(slot) && accepts(slot)) {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Lower bounds of the squared distances from a point to the children of a node. Slabs are tighter than the

@@ -281,6 +281,18 @@ impl Surface {
         })
     }
 
+    /// Whether a triangle is no farther from a point than a distance, up to rounding, and is accepted. Where surfaces lie
+    /// on each other, this asks all of them.
+    #[must_use]
+    pub fn has_within(
+        &self,
+        point: DVec3,
+        distance: f64,
+        mut accepts: impl FnMut(usize) -> bool,
+    ) -> bool {
+        self.bvh.has_within(point, distance, |slot| accepts(self.bvh.original(slot) as usize))
+    }
+
     /// The indices of the triangles in spatial order.
     #[must_use]
     pub fn in_space(&self) -> &[u32] {

@@ -2,8 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use glam::{DQuat, DVec3};
-use mesh_core::SplitMix64;
-use mesh_core::{PolygonSoup, TriMesh};
+use mesh_core::{FaceId, PolygonSoup, SplitMix64, TriMesh};
 use mesh_metric::{
     CertifyOptions, CompareOptions, SignedDistance, Surface, SurfaceError, closest_on_triangle,
     compare, compare_until, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,
@@ -11,6 +10,7 @@ use mesh_metric::{
 };
 use mesh_shapes::{Plane, Sphere, polyhedra};
 use proptest::prelude::*;
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
@@ -79,6 +79,34 @@ fn closest_points_on_needles_agree_with_brute_force() {
             let by_force = faces.map(to_face).fold(f64::INFINITY, f64::min);
             assert_eq!(surface.closest(point).distance, by_force);
             assert_eq!(distance, by_force);
+        }
+    }
+}
+
+#[test]
+fn all_triangles_within_a_distance_are_asked() {
+    let fan: Vec<[u32; 3]> = (0..333).map(|i| [i, (i + 1) % 333, 333]).collect();
+    let rim = (0..333).map(|i| {
+        let (y, x) = (f64::from(i) / 53.0).sin_cos();
+        DVec3::new(x, y, 0.0)
+    });
+    let cone = TriMesh::from_triangles(&rim.chain([DVec3::Z]).collect::<Vec<_>>(), &fan).unwrap();
+    for mesh in [sphere(), cone] {
+        let surface = Surface::new(&mesh).unwrap();
+        for point in random_points(300, 1.5, 6) {
+            let distance = 1.3 * surface.distance(point);
+            let is_near =
+                |f: &FaceId| closest_on_triangle(point, &mesh.triangle(*f)).length() <= distance;
+            let near: BTreeSet<usize> =
+                mesh.topology().faces().filter(is_near).map(|f| f.index()).collect();
+            let mut asked = BTreeSet::new();
+            let found = surface.has_within(point, distance, |triangle| {
+                asked.insert(triangle);
+                false
+            });
+            assert!(!found);
+            assert_eq!(asked, near);
+            assert!(surface.has_within(point, distance, |triangle| near.contains(&triangle)));
         }
     }
 }

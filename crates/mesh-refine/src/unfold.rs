@@ -61,6 +61,9 @@ const TURNED: f64 = -0.1;
 /// Distances below this share of the diagonal of the original are rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// Parts of the original lie on each other where they are closer than this share of its diagonal.
+const SAME: f64 = 1e-7;
+
 /// How far a vertex moves towards the middle of its neighbours before it moves to the closest point of the original.
 const TOWARDS_MIDDLE: [f64; 3] = [0.0, 0.5, 1.0];
 
@@ -117,17 +120,24 @@ pub fn faces_at_folds(mesh: &TriMesh) -> Vec<FaceId> {
 }
 
 /// Whether the normal of the original is opposite at points all over the triangle, and agrees nowhere twice `farthest`
-/// above and below them: otherwise the triangle may stand for the other side of a thin wall.
+/// above and below them: otherwise the triangle may stand for the other side of a thin wall. Where parts of the original
+/// lie on each other, none of them agrees.
 fn is_turned(original: &Surface, triangle: [DVec3; 3], farthest: f64) -> bool {
     let normal = cross(triangle).normalize_or_zero();
-    let agreement = |point: DVec3| {
-        let surface = cross(original.triangle(original.closest(point).triangle as usize));
-        surface.normalize_or_zero().dot(normal)
+    let agreement_with =
+        |triangle: usize| cross(original.triangle(triangle)).normalize_or_zero().dot(normal);
+    let agreement = |point: DVec3| agreement_with(original.closest(point).triangle as usize);
+    let same = SAME * original.bounding_box().diagonal();
+    let has_agreeing = |point: DVec3| {
+        let reach = original.distance(point) + same;
+        original.has_within(point, reach, |triangle| agreement_with(triangle) > -TURNED)
     };
     let reach = 2.0 * farthest * normal;
     let agrees = |point: DVec3| farthest > 0.0 && agreement(point) > -TURNED;
     let mut points = points(triangle).into_iter();
-    points.all(|p| agreement(p) < TURNED && !agrees(p + reach) && !agrees(p - reach))
+    points.all(|p| {
+        agreement(p) < TURNED && !agrees(p + reach) && !agrees(p - reach) && !has_agreeing(p)
+    })
 }
 
 /// The centroid, and points between it and the corners.
@@ -355,6 +365,27 @@ impl Repair<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Prisms side by side: every inner wall lies on a wall of the next one, which faces the other way.
+    #[test]
+    fn walls_on_each_other_are_no_folds() {
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for prism in 0..6 {
+            let corners = [0, prism + 1, prism + 2].map(|corner| {
+                let (y, x) = (f64::from(corner) * core::f64::consts::FRAC_PI_3).sin_cos();
+                if corner == 0 { DVec3::ZERO } else { DVec3::new(x, y, 0.0) }
+            });
+            let first = 6 * prism as u32;
+            positions.extend(corners.into_iter().flat_map(|p| [p, p + DVec3::Z]));
+            let sides =
+                [[0, 2, 3, 1], [2, 4, 5, 3], [4, 0, 1, 5]].map(|side| side.map(|v| v + first));
+            triangles.extend([[first, first + 4, first + 2], [first + 1, first + 3, first + 5]]);
+            triangles.extend(sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]));
+        }
+        let mesh = TriMesh::from_triangles(&positions, &triangles).unwrap();
+        assert!(mesh.volume() > 2.5 && !faces_at_folds(&mesh).is_empty());
+        assert!(turned_faces(&mesh, &Surface::new(&mesh).unwrap(), 0.0).is_empty());
+    }
 
     #[test]
     fn a_fold_in_a_sheet_is_turned_back_and_a_thin_wall_is_no_fold() {
