@@ -98,7 +98,7 @@ fn all_triangles_within_a_distance_are_asked() {
             let is_near =
                 |f: &FaceId| closest_on_triangle(point, &mesh.triangle(*f)).length() <= distance;
             let near: BTreeSet<usize> =
-                mesh.topology().faces().filter(is_near).map(|f| f.index()).collect();
+                mesh.topology().faces().filter(is_near).map(FaceId::index).collect();
             let mut asked = BTreeSet::new();
             let found = surface.has_within(point, distance, |triangle| {
                 asked.insert(triangle);

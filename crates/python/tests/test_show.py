@@ -54,7 +54,7 @@ def test_a_picture_has_its_axis_up(bumpy: cm.Mesh) -> None:
     assert (guessed == fixed).all()
     for options in ({"up": "north"}, {"up": (0, 0, 0)}, {"direction": "top", "up": (0, 0, 1)}):
         with pytest.raises(cm.OptionError, match="up"):
-            cm.render(bumpy, **options)  # type: ignore[arg-type]
+            cm.render(bumpy, **options)
 
 
 def test_integers_are_labels(bumpy: cm.Mesh) -> None:

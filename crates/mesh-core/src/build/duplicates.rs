@@ -41,14 +41,14 @@ pub(crate) fn find_duplicates(triangles: &[[u32; 3]], edges: &EdgeTable) -> Vec<
 /// each, which face opposite ways. All along its rim there are other faces, and with both copies as many sides run along
 /// each edge as back. (A sheet that is given once per side has an edge with no other faces.)
 pub(crate) fn without_walls(
-    duplicates: Vec<Duplicate>,
+    duplicates: &[Duplicate],
     triangles: &[[u32; 3]],
     edges: &EdgeTable,
 ) -> Vec<Duplicate> {
     // Per face that faces the opposite way as its only copy, the number of the pair.
     let mut pair = vec![NONE; triangles.len()];
     let mut copies = vec![0_u8; triangles.len()];
-    for Duplicate { original, .. } in &duplicates {
+    for Duplicate { original, .. } in duplicates {
         let copies = &mut copies[*original as usize];
         *copies = copies.saturating_add(1);
     }

@@ -36,7 +36,7 @@ impl Draft<'_> {
         let table = self.edge_table();
         let mut duplicates = find_duplicates(&self.triangles, &table);
         if self.repair.drop_duplicates && self.repair.cut_non_manifold && !duplicates.is_empty() {
-            duplicates = without_walls(duplicates, &self.triangles, &table);
+            duplicates = without_walls(&duplicates, &self.triangles, &table);
         }
         let Some(first) = duplicates.first() else {
             return Ok(());
