@@ -48,10 +48,10 @@ pub(super) fn page(rows: &[Record], folder: &Path) -> Result<String, Failure> {
 </div>
 <h2>Summary</h2>
 <p class="note">Time, distances and normals are geometric means of ratios, over the runs that the filters leave and in which both tools reached the number of faces. Lower is better. Defects are those that the input did not have.</p>
-<div class="scroll"><table id="summary"></table></div>
+<div class="scroll" tabindex="0" role="group" aria-label="Summary"><table id="summary"></table></div>
 <h2>All runs</h2>
 <p class="note">Distances are in percent of the diagonal of the bounding box.</p>
-<div class="scroll"><table id="cells"></table></div>
+<div class="scroll" tabindex="0" role="group" aria-label="All runs"><table id="cells"></table></div>
 </main>
 <script type="application/json" id="data">{data}</script>
 <script>{SCRIPT}</script>

@@ -149,7 +149,7 @@ fn summary(papers: &[Paper], items: &[Item]) -> Markup {
                 @if all.drifted > 0 { (tile(all.drifted, "drifted", "not what is on record")) }
                 @if failed > 0 { (tile(failed, "failed", "items that could not be computed")) }
             }
-            div.scroll { table.cards {
+            div.scroll tabindex="0" role="group" aria-label="Papers" { table.cards {
                 tr { th { "paper" } th { "items" } th { "exact" } th { "agree" } th { "differ" } th { "need a model" } th { "not published" } }
                 @for paper in papers {
                     @let counts = Counts::of(items_of(paper, items).flat_map(|item| &item.rows));
@@ -207,7 +207,7 @@ fn models(paper: &Paper) -> Markup {
     html! {
         details {
             summary { "Where the real models come from" }
-            div.scroll { table {
+            div.scroll tabindex="0" role="group" aria-label="Models" { table {
                 tr { th { "file" } th.verdict { "part it plays" } th.verdict { "source" } }
                 @for model in &paper.models {
                     tr { td { code { (model.file) } } td.verdict { (model.role) } td.verdict { (model.from) } }

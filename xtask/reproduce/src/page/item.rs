@@ -77,7 +77,7 @@ fn number_table(rows: &[&Row]) -> Markup {
     let has_printed = rows.iter().any(|row| row.is_published());
     let has_reference = rows.iter().any(|row| row.reference().is_some());
     html! {
-        div.scroll { table.cards.numbers {
+        div.scroll tabindex="0" role="group" aria-label="Numbers" { table.cards.numbers {
             tr {
                 th { "quantity" }
                 @if has_printed { th.place { "where" } th { "published" } }
@@ -110,7 +110,7 @@ fn number_table(rows: &[&Row]) -> Markup {
 fn plain_table(table: &Table) -> Markup {
     html! {
         p.caption { (table.caption) }
-        div.scroll { table.cards.dense[table.header.len() > DENSE] {
+        div.scroll tabindex="0" role="group" aria-label=(table.caption) { table.cards.dense[table.header.len() > DENSE] {
             tr { @for (i, name) in table.header.iter().enumerate() { th.word[is_words(table, i)] { (name) } } }
             @for line in &table.lines {
                 tr {
