@@ -1,13 +1,13 @@
 //! `curvmesh.render` and `curvmesh.figure`.
 
 use mesh_core::TriMesh;
-use mesh_core::glam::{DQuat, DVec3};
+use mesh_core::glam::DVec3;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
     ColorMap, Drawing, Legend, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side,
     Style, Texture, View, draw_svg, render as draw, sheet,
 };
-use mesh_view::Up;
+use mesh_view::{Sight, Toward, Up, Upright};
 use mesh_work::Source;
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -27,7 +27,7 @@ pub(crate) enum Directions {
 
 /// What is up in the picture.
 #[derive(FromPyObject)]
-pub(crate) enum Upright {
+pub(crate) enum UpGiven {
     Vector([f64; 3]),
     Named(String),
 }
@@ -37,7 +37,7 @@ pub(crate) enum Upright {
 #[pyo3(from_item_all)]
 pub(crate) struct StyleGiven {
     direction: Option<Directions>,
-    up: Upright,
+    up: UpGiven,
     size: [u32; 2],
     edges: f64,
     outlines: f64,
@@ -53,56 +53,20 @@ pub(crate) struct StyleGiven {
     bar: bool,
 }
 
-/// The usual direction from the model to the camera, where y is up.
-const TOWARD: DVec3 = DVec3::new(0.4, 0.3, 1.0);
-
-/// From where, where the chosen axis is up.
-enum Toward {
-    /// A direction in the axes of the model.
-    Given(DVec3),
-    /// A direction that turns with the axis.
-    Usual,
-    Sides(Vec<Side>),
-}
-
-/// What is up.
-enum UpRule {
-    Axis(Up),
-    /// As the shape and the place of the mesh say.
-    Auto,
-    Vector(DVec3),
-}
-
-/// A view: the directions to the camera and up, and the name of the side.
-type Sight = (DVec3, DVec3, &'static str);
-
 /// From where a mesh is seen, and what is up.
 struct Seen {
     toward: Toward,
-    up: UpRule,
+    /// `None` stands for what the shape and the place of the mesh say.
+    up: Option<Upright>,
 }
 
 impl Seen {
     fn sights(&self, mesh: &TriMesh) -> Vec<Sight> {
-        let axis = match self.up {
-            UpRule::Axis(up) => Ok(up),
-            UpRule::Auto => {
-                let triangles = mesh.topology().triangles().collect::<Vec<_>>();
-                Ok(Up::of_shape(mesh.positions(), &triangles).unwrap_or_default())
-            }
-            UpRule::Vector(up) => Err(up),
-        };
-        let (turn, up) = match axis {
-            Ok(axis) => (axis.turn(), axis.axis()),
-            Err(vector) => (DQuat::IDENTITY, vector),
-        };
-        match &self.toward {
-            Toward::Given(toward) => vec![(*toward, up, "")],
-            Toward::Usual => vec![(turn * TOWARD, up, "")],
-            Toward::Sides(sides) => {
-                sides.iter().map(|s| (turn * s.toward(), turn * s.up(), s.name())).collect()
-            }
-        }
+        let up = self.up.unwrap_or_else(|| {
+            let triangles = mesh.topology().triangles().collect::<Vec<_>>();
+            Upright::Axis(Up::of_shape(mesh.positions(), &triangles).unwrap_or_default())
+        });
+        self.toward.sights(up)
     }
 }
 
@@ -143,15 +107,15 @@ impl StyleGiven {
             }
         };
         let up = match &self.up {
-            Upright::Vector(_) if matches!(toward, Toward::Sides(_)) => {
+            UpGiven::Vector(_) if matches!(toward, Toward::Sides(_)) => {
                 let axes = "x, y, z, -x, -y, -z or auto";
                 return Err(Failure::option(format!("sides turn with an axis; up is {axes}")));
             }
-            Upright::Vector(up) => UpRule::Vector(vector("up", *up)?),
-            Upright::Named(name) => {
+            UpGiven::Vector(up) => Some(Upright::Vector(vector("up", *up)?)),
+            UpGiven::Named(name) => {
                 let axes = Up::ALL.map(|up| (up.name(), Some(up)));
                 let found = choose("up", name, &[&[("auto", None)], &axes[..]].concat())?;
-                found.map_or(UpRule::Auto, UpRule::Axis)
+                found.map(Upright::Axis)
             }
         };
         Ok(Seen { toward, up })
@@ -241,8 +205,9 @@ impl Job {
 }
 
 /// The view of a mesh from a direction.
-fn view_of(source: Source<'_>, toward: DVec3, up: DVec3) -> Result<View, Failure> {
-    View::of(source.mesh, toward, up).ok_or_else(|| Failure::cannot("the mesh has no faces"))
+fn view_of(source: Source<'_>, sight: &Sight) -> Result<View, Failure> {
+    View::of(source.mesh, sight.toward, sight.up)
+        .ok_or_else(|| Failure::cannot("the mesh has no faces"))
 }
 
 /// The values at the ends of the colours.
@@ -275,10 +240,10 @@ pub(crate) fn figure(
         let painting = job.painting(source)?;
         let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
         let sights = job.seen.sights(source.mesh);
-        let &(toward, up, _) = sights.first().ok_or_else(|| Failure::option("there is no side"))?;
+        let sight = sights.first().ok_or_else(|| Failure::option("there is no side"))?;
         let legend = painting.legend();
         let beside = legend.filter(|_| style.bar).map(|legend| (legend, &*style.label));
-        let drawing = draw_svg(&scene, &view_of(source, toward, up)?, &job.how, beside);
+        let drawing = draw_svg(&scene, &view_of(source, sight)?, &job.how, beside);
         let Drawing { svg, size, faces, .. } = drawing.map_err(Failure::from)?;
         Ok((svg, size, faces, ends(legend)))
     })
@@ -302,14 +267,14 @@ pub(crate) fn render<'py>(
         let source = content.source()?;
         let (painting, how) = (job.painting(source)?, &job.how);
         let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
-        let from = |toward, up| -> Result<Picture, Ended> {
-            Ok(draw(&scene, &view_of(source, toward, up)?, how).map_err(Failure::from)?)
+        let from = |sight: &Sight| -> Result<Picture, Ended> {
+            Ok(draw(&scene, &view_of(source, sight)?, how).map_err(Failure::from)?)
         };
         let sights = job.seen.sights(source.mesh);
-        let mut picture = if let [(toward, up, _)] = sights[..] {
-            from(toward, up)?
+        let mut picture = if let [sight] = &sights[..] {
+            from(sight)?
         } else {
-            let view = |&(toward, up, name): &Sight| Ok((from(toward, up)?, name.to_owned()));
+            let view = |sight: &Sight| Ok((from(sight)?, sight.name.to_owned()));
             let views = sights.iter().map(view).collect::<Result<Vec<_>, Ended>>()?;
             let options = SheetOptions { background: how.background, ..Default::default() };
             sheet(&views, &options).map_err(Failure::from)?

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
     Drawing, Legend, Painting, Picture, RenderError, Scene, SheetOptions, Side, Style, Texture,
     View, draw_svg, render, sheet,
 };
-use mesh_view::Up;
+use mesh_view::{Sight, Toward, Up, Upright};
 use mesh_work::Loaded;
 use serde::Serialize;
 
@@ -51,7 +51,7 @@ pub(crate) struct Render {
     /// The direction of the model that is up in the picture: x, y, z, -x, -y, -z, auto or three numbers. `auto` finds
     /// it as `view` does. Sides turn with it, and so does the usual --direction
     #[arg(long, value_name = "AXIS", default_value = "y", value_parser = parse_upright, allow_hyphen_values = true)]
-    up: Upright,
+    up: UpRule,
     /// Width and height of each view in pixels
     #[arg(long, value_name = "W,H", default_value = "900,900", value_parser = parse_size)]
     size: [u32; 2],
@@ -115,17 +115,8 @@ enum Directions {
     Sides(Vec<Side>),
 }
 
-/// What is up.
-#[derive(Clone, Debug)]
-enum Upright {
-    Axis(Up),
-    /// As the format, the shape and the place of the mesh say.
-    Auto,
-    Vector(DVec3),
-}
-
-/// A view: the directions to the camera and up, and the name of the side.
-type Sight = (DVec3, DVec3, &'static str);
+/// What is up. `None` stands for what the format, the shape and the place of the mesh say.
+type UpRule = Option<Upright>;
 
 #[derive(Serialize)]
 struct Results {
@@ -155,8 +146,8 @@ pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failur
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
     let made = options.made(&loaded, &session.given, console)?;
-    let views = options.views(&loaded.mesh, &session.given);
-    let drawn = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made, &views))?;
+    let sights = options.sights(&loaded.mesh, &session.given);
+    let drawn = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made, &sights))?;
     Seconds::time(&mut seconds.save, || match &drawn {
         Drawn::Pixels(picture) => save_bytes(&options.output, &picture.to_png().map_err(failed)?),
         Drawn::Vectors(drawing) => save_bytes(&options.output, drawing.svg.as_bytes()),
@@ -170,7 +161,7 @@ pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failur
         Drawn::Pixels(picture) => ([picture.width(), picture.height()], None),
         Drawn::Vectors(drawing) => (drawing.size, Some(drawing.faces)),
     };
-    let results = Results { width, height, views: views.len(), range, labels, drawn_faces };
+    let results = Results { width, height, views: sights.len(), range, labels, drawn_faces };
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
     let text = format!("{}: {width} by {height} pixels", report.subject());
@@ -200,7 +191,7 @@ impl Render {
         if self.outlines == 0.0 {
             given.refuse(&["crease"], "it is for --outlines")?;
         }
-        if let (Directions::Sides(_), Upright::Vector(_)) = (&self.direction, &self.up) {
+        if let (Directions::Sides(_), Some(Upright::Vector(_))) = (&self.direction, &self.up) {
             given.refuse(&["up"], "sides turn with an axis; say x, y, z, -x, -y, -z or auto")?;
         }
         Ok(())
@@ -270,27 +261,21 @@ impl Render {
     }
 
     /// Where from.
-    fn views(&self, mesh: &TriMesh, given: &Given) -> Vec<Sight> {
-        let triangles = || mesh.topology().triangles().collect::<Vec<_>>();
-        let of_shape = || Up::of_shape(mesh.positions(), &triangles());
-        let (turn, up) = match self.up {
-            Upright::Axis(up) => (up.turn(), up.axis()),
-            Upright::Auto => {
-                let up = up_of(&self.source.input, of_shape);
-                (up.turn(), up.axis())
-            }
-            Upright::Vector(up) => (DQuat::IDENTITY, up),
+    fn sights(&self, mesh: &TriMesh, given: &Given) -> Vec<Sight> {
+        let of_shape = || {
+            let triangles = mesh.topology().triangles().collect::<Vec<_>>();
+            Up::of_shape(mesh.positions(), &triangles)
         };
-        match &self.direction {
-            Directions::Vector(toward) if given.has("direction") => vec![(*toward, up, "")],
-            Directions::Vector(toward) => vec![(turn * *toward, up, "")],
-            Directions::Sides(sides) => {
-                sides.iter().map(|s| (turn * s.toward(), turn * s.up(), s.name())).collect()
-            }
-        }
+        let up = self.up.unwrap_or_else(|| Upright::Axis(up_of(&self.source.input, of_shape)));
+        let toward = match &self.direction {
+            Directions::Vector(toward) if given.has("direction") => Toward::Given(*toward),
+            Directions::Vector(_) => Toward::Usual,
+            Directions::Sides(sides) => Toward::Sides(sides.clone()),
+        };
+        toward.sights(up)
     }
 
-    fn draw(&self, loaded: &Loaded, made: &Painting, views: &[Sight]) -> Result<Drawn, Failure> {
+    fn draw(&self, loaded: &Loaded, made: &Painting, sights: &[Sight]) -> Result<Drawn, Failure> {
         let mesh = &loaded.mesh;
         let is_transparent = self.transparent || self.is_vectors();
         let background = (!is_transparent).then_some([255; 3]);
@@ -308,24 +293,24 @@ impl Render {
         let nothing = || Failure::refused("the mesh has no faces");
         let name = self.property.as_deref().unwrap_or("component");
         let legend = made.legend().filter(|_| !self.no_bar);
-        let view = |toward, up| View::of(mesh, toward, up).ok_or_else(nothing);
+        let view = |sight: &Sight| View::of(mesh, sight.toward, sight.up).ok_or_else(nothing);
         if self.is_vectors() {
-            let [(toward, up, _)] = *views else {
+            let [sight] = sights else {
                 let message = "an SVG file has one view; name one side, or write PNG";
                 return Err(Failure::usage(message));
             };
             let legend = legend.map(|legend| (legend, name));
-            let drawing = draw_svg(&scene, &view(toward, up)?, &style, legend);
+            let drawing = draw_svg(&scene, &view(sight)?, &style, legend);
             return Ok(Drawn::Vectors(drawing.map_err(failed)?));
         }
-        let from = |toward, up| -> Result<Picture, Failure> {
-            render(&scene, &view(toward, up)?, &style).map_err(failed)
+        let from = |sight: &Sight| -> Result<Picture, Failure> {
+            render(&scene, &view(sight)?, &style).map_err(failed)
         };
-        let picture = match (&self.direction, views) {
-            (Directions::Vector(_), &[(toward, up, _)]) => from(toward, up)?,
+        let picture = match (&self.direction, sights) {
+            (Directions::Vector(_), [sight]) => from(sight)?,
             _ => {
-                let view = |&(toward, up, name): &Sight| Ok((from(toward, up)?, name.to_owned()));
-                let views = views.iter().map(view).collect::<Result<Vec<_>, Failure>>()?;
+                let view = |sight: &Sight| Ok((from(sight)?, sight.name.to_owned()));
+                let views = sights.iter().map(view).collect::<Result<Vec<_>, Failure>>()?;
                 sheet(&views, &SheetOptions { background, ..Default::default() }).map_err(failed)?
             }
         };
@@ -347,12 +332,11 @@ fn parse_directions(text: &str) -> Result<Directions, String> {
 }
 
 /// Reads the name of an axis, `auto`, or `x,y,z`.
-fn parse_upright(text: &str) -> Result<Upright, String> {
+fn parse_upright(text: &str) -> Result<UpRule, String> {
     match parse_up(text) {
-        Ok(Some(up)) => Ok(Upright::Axis(up)),
-        Ok(None) => Ok(Upright::Auto),
+        Ok(axis) => Ok(axis.map(Upright::Axis)),
         Err(named) => parse_vector(text)
-            .map(Upright::Vector)
+            .map(|up| Some(Upright::Vector(up)))
             .map_err(|_| format!("{named}, or three numbers, like 0,0.5,1, not all zero")),
     }
 }
