@@ -3,7 +3,7 @@
 use crate::format::Format;
 use crate::lost::Lost;
 use crate::model::{Alpha, Group, ImageData, Material, Model};
-use crate::single::are_finite;
+use crate::single::{are_finite, flattened, is_flattened, rounding};
 use Format::{Glb, Gltf, Obj, Off, Ply, Stl};
 
 /// The properties of the output that determine what is kept.
@@ -12,6 +12,8 @@ pub(crate) struct Target {
     pub(crate) format: Format,
     /// Whether the file is text.
     pub(crate) is_text: bool,
+    /// Whether coordinates are rounded to 32 bits where they are.
+    pub(crate) is_single: bool,
     /// Whether material libraries and images are written to their own files.
     pub(crate) has_companions: bool,
 }
@@ -32,7 +34,8 @@ pub(crate) fn losses(model: &Model, target: Target) -> Vec<Lost> {
     let kinds = kinds.filter(|kind| kind.count > 0 && !kind.keepers.contains(&format));
     let by_format = kinds
         .map(|Kind { what, count, keepers }| Lost::by_format(what, Some(count), format, keepers));
-    by_format.chain(special(model, target)).collect()
+    let flattened = if target.is_single { flattened(flattened_faces(model), format) } else { None };
+    by_format.chain(special(model, target)).chain(flattened).collect()
 }
 
 fn length<T>(values: Option<&Vec<T>>) -> u64 {
@@ -77,9 +80,24 @@ fn kinds(model: &Model) -> Vec<Kind> {
     ]
 }
 
+/// The number of faces whose area is lost when coordinates are rounded to 32 bits.
+fn flattened_faces(model: &Model) -> u64 {
+    let positions = model.soup.positions();
+    if rounding(positions) == 0.0 {
+        return 0;
+    }
+    let mut corners = Vec::new();
+    let is_flat = |face: &&[u32]| {
+        corners.clear();
+        corners.extend(face.iter().filter_map(|&vertex| positions.get(vertex as usize)));
+        is_flattened(&corners)
+    };
+    model.soup.faces().filter(is_flat).count() as u64
+}
+
 /// Content that depends on values, or on more than the format.
 fn special(model: &Model, target: Target) -> Vec<Lost> {
-    let Target { format, is_text, has_companions } = target;
+    let Target { format, is_text, has_companions, .. } = target;
     let mut all = Vec::new();
     let mut lose = |count: u64, what: &str, why: &str| {
         if count > 0 {

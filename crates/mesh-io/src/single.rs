@@ -2,6 +2,7 @@
 
 use crate::error::WriteError;
 use crate::format::Format;
+use crate::lost::Lost;
 use glam::DVec3;
 
 /// The largest error of a coordinate when stored in 32 bits.
@@ -11,6 +12,29 @@ pub(crate) fn rounding(positions: &[DVec3]) -> f64 {
         .flat_map(DVec3::to_array)
         .map(|value| (value - f64::from(value as f32)).abs())
         .fold(0.0, f64::max)
+}
+
+/// Whether a face has an area, and has none when its coordinates are stored in 32 bits.
+pub(crate) fn is_flattened(corners: &[DVec3]) -> bool {
+    let has_area = |at: fn(DVec3) -> DVec3| {
+        let [first, ref others @ ..] = *corners else { return false };
+        let cross = |pair: &[DVec3]| match *pair {
+            [a, b] => (at(a) - at(first)).cross(at(b) - at(first)),
+            _ => DVec3::ZERO,
+        };
+        others.windows(2).any(|pair| cross(pair) != DVec3::ZERO)
+    };
+    has_area(|p| p) && !has_area(|p| p.as_vec3().as_dvec3())
+}
+
+/// The loss of the area of so many faces.
+pub(crate) fn flattened(count: u64, format: Format) -> Option<Lost> {
+    let others = if format == Format::Stl { "PLY, OBJ or OFF" } else { "double precision" };
+    let why = format!(
+        "coordinates are rounded to single precision, which is too coarse for faces of this size so far \
+         from the origin; {others} keeps them"
+    );
+    (count > 0).then(|| Lost::some("the area of faces", count, why))
 }
 
 /// The error for a finite coordinate that is beyond the range of 32-bit numbers, if there is one.

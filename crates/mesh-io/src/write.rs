@@ -122,13 +122,7 @@ fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), Wr
     check_encoding(format, options.encoding)?;
     check_compression(format, options)?;
     let positions = model.soup.positions();
-    let single = match format {
-        Format::Ply => options.precision == Precision::Single,
-        Format::Off => options.encoding == Encoding::BigEndian,
-        Format::Stl | Format::Gltf | Format::Glb => true,
-        Format::Obj => false,
-    };
-    if single {
+    if is_single(format, options) || matches!(format, Format::Gltf | Format::Glb) {
         check_range(positions, format)?;
     }
     match format {
@@ -138,8 +132,19 @@ fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), Wr
     }
 }
 
+/// Whether positions are rounded to 32 bits as they are. (glTF files move them to the origin before.)
+fn is_single(format: Format, options: &WriteOptions) -> bool {
+    match format {
+        Format::Ply => options.precision == Precision::Single,
+        Format::Off => options.encoding == Encoding::BigEndian,
+        Format::Stl => true,
+        Format::Obj | Format::Gltf | Format::Glb => false,
+    }
+}
+
 fn target(format: Format, options: &WriteOptions, has_companions: bool) -> Target {
-    Target { format, is_text: options.encoding == Encoding::Text, has_companions }
+    let is_text = options.encoding == Encoding::Text;
+    Target { format, is_text, is_single: is_single(format, options), has_companions }
 }
 
 /// Checks that this build supports the format and the encoding.

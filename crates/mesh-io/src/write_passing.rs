@@ -7,6 +7,7 @@ use crate::error::WriteError;
 use crate::lost::Lost;
 use crate::passing::{NO_COLOR, Passing};
 use crate::ply::PlyPassing;
+use crate::single::{flattened, is_flattened};
 use crate::stl::StlPassing;
 use crate::write::{Staged, check_compression, check_encoding, format_of};
 use crate::write_options::{Encoding, WriteOptions, WriteReport};
@@ -22,6 +23,8 @@ pub struct Passer<'w> {
     single: bool,
     vertex: usize,
     rounding: f64,
+    /// The number of faces that lost their area by it.
+    flattened: u64,
     beyond: Option<WriteError>,
     lost: Vec<Lost>,
 }
@@ -62,7 +65,16 @@ impl<'w> Passer<'w> {
         let lost = kinds.iter().filter(|(is_lost, _)| *is_lost);
         let lost = lost.map(|(_, what)| Lost::by_format(what, None, format, &[Format::Ply]));
         let lost = lost.collect();
-        Ok(Self { writer, format, single, vertex: 0, rounding: 0.0, beyond: None, lost })
+        Ok(Self {
+            writer,
+            format,
+            single,
+            vertex: 0,
+            rounding: 0.0,
+            flattened: 0,
+            beyond: None,
+            lost,
+        })
     }
 
     /// Writes the next vertex, with the announced numbers, and a colour if one was announced.
@@ -108,6 +120,9 @@ impl<'w> Passer<'w> {
     /// # Errors
     /// The file cannot be written.
     pub fn face(&mut self, vertices: &[u64], corners: &[DVec3]) -> std::io::Result<()> {
+        if self.single && self.rounding > 0.0 && is_flattened(corners) {
+            self.flattened += 1;
+        }
         match &mut self.writer {
             Writer::Ply(ply) => ply.face(vertices),
             Writer::Stl(stl) => stl.face(vertices, corners),
@@ -120,11 +135,13 @@ impl<'w> Passer<'w> {
     }
 
     fn finish(self) -> std::io::Result<WriteReport> {
-        let rounding = self.rounding;
+        let (rounding, format) = (self.rounding, self.format);
+        let mut lost = self.lost;
+        lost.extend(flattened(self.flattened, format));
         if let Writer::Stl(stl) = self.writer {
             stl.finish()?;
         }
-        Ok(WriteReport { rounding, lost: self.lost, ..WriteReport::default() })
+        Ok(WriteReport { rounding, lost, ..WriteReport::default() })
     }
 }
 

@@ -2,10 +2,11 @@
 
 #![allow(clippy::panic, clippy::unwrap_used)]
 
+use glam::DVec3;
 use mesh_core::PolygonSoup;
 use mesh_io::{
-    Encoding, Format, Group, Lost, Material, Model, ReadOptions, ScalarValues, Scalars, StlColors,
-    WriteOptions, read_from, write_to,
+    Encoding, Format, Group, Lost, Material, Model, NO_COLOR, Passing, Precision, ReadOptions,
+    ScalarValues, Scalars, StlColors, WriteOptions, read_from, write_passing, write_to,
 };
 use proptest::prelude::*;
 
@@ -180,6 +181,60 @@ proptest! {
             let is_noted = model.notes.iter().any(|note| note.contains("divided"));
             prop_assert_eq!(is_noted, scale > 1.0, "{:?}", model.notes);
         }
+    }
+}
+
+/// Faces of a survey are smaller than the steps of single precision so far from the origin. The faces that the file has
+/// without an area are counted, when a model is written and when it is streamed.
+#[test]
+fn faces_that_rounding_flattens_are_counted() {
+    for (offset, cell) in [(5e6, 0.05), (5e6, 5.0), (0.0, 0.05), (1e4, 5e-4)] {
+        let mut soup = PolygonSoup::new();
+        for (row, column) in (0..6).flat_map(|row| (0..6).map(move |column| (row, column))) {
+            let at = DVec3::new(f64::from(row), f64::from(column), f64::from(row * column % 3));
+            soup.push_vertex(offset + at * cell);
+        }
+        for corner in (0..35_u32).filter(|v| v % 6 < 5 && v + 6 < 36) {
+            soup.push_face(&[corner, corner + 6, corner + 7]).unwrap();
+            soup.push_face(&[corner, corner + 7, corner + 1]).unwrap();
+        }
+        let model = Model::from(soup);
+        let single = WriteOptions { precision: Precision::Single, ..WriteOptions::default() };
+        for format in [Format::Stl, Format::Ply] {
+            let (bytes, lost) = written_with(&model, format, &single);
+            let read = parsed(&bytes);
+            let flat = read.soup.faces().filter(|face| {
+                let [a, b, c] = [0, 1, 2].map(|k| read.soup.positions()[face[k] as usize]);
+                (b - a).cross(c - a) == DVec3::ZERO
+            });
+            let count = flat.count() as u64;
+            let named = lost.iter().find(|lost| lost.what == "the area of faces");
+            assert_eq!(named.and_then(|lost| lost.count), (count > 0).then_some(count), "{format}");
+            assert_eq!(count > 0, offset / cell > 1e7, "{format} {offset} {cell}");
+            let passing = Passing {
+                vertices: model.soup.vertex_count() as u64,
+                faces: model.soup.face_count() as u64,
+                triangles: model.soup.face_count() as u64,
+                longest: 3,
+                single: false,
+                colors: false,
+                scalars: Vec::new(),
+            };
+            let report = write_passing(&mut Vec::new(), &passing, format, &single, |out| {
+                for &at in model.soup.positions() {
+                    out.vertex(at, NO_COLOR, &[])?;
+                }
+                for face in model.soup.faces() {
+                    let corners = face.iter().map(|&v| model.soup.positions()[v as usize]);
+                    let vertices: Vec<u64> = face.iter().map(|&v| u64::from(v)).collect();
+                    out.face(&vertices, &corners.collect::<Vec<_>>())?;
+                }
+                Ok(())
+            });
+            assert_eq!(report.unwrap().lost, lost);
+        }
+        let (_, lost) = written(&model, Format::Glb);
+        assert!(!is_named(&lost, "area"));
     }
 }
 

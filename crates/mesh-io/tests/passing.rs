@@ -6,7 +6,7 @@ use glam::DVec3;
 use mesh_core::PolygonSoup;
 use mesh_io::{
     Encoding, Format, Model, NO_COLOR, Passing, Precision, ScalarType, Scalars, WriteError,
-    WriteOptions, stage_passing, write_passing, write_to,
+    WriteOptions, WriteReport, stage_passing, write_passing, write_to,
 };
 
 /// Triangles, a quadrilateral, a concave pentagon, and a triangle without area.
@@ -27,7 +27,7 @@ fn passed(
     model: &Model,
     format: Format,
     options: &WriteOptions,
-) -> Result<(Vec<u8>, f64), WriteError> {
+) -> Result<(Vec<u8>, WriteReport), WriteError> {
     let soup = &model.soup;
     let single = |x: f64| f64::from(x as f32) == x;
     let is_single = |s: &Scalars| (s.name.clone(), s.values.scalar_type() == ScalarType::F32);
@@ -58,7 +58,7 @@ fn passed(
         }
         Ok(())
     })?;
-    Ok((bytes, report.rounding))
+    Ok((bytes, report))
 }
 
 #[test]
@@ -92,9 +92,9 @@ fn the_bytes_are_those_of_a_model() {
                             assert!(passed(&model, format, &options).is_err());
                             continue;
                         };
-                        let (here, rounding) = passed(&model, format, &options).unwrap();
+                        let (here, passed) = passed(&model, format, &options).unwrap();
                         assert!(here == bytes, "{format} {encoding:?} {precision:?} {rich}");
-                        assert_eq!(rounding, report.rounding, "{format} {precision:?}");
+                        assert_eq!(passed.rounding, report.rounding, "{format} {precision:?}");
                         compared += 1;
                     }
                 }
