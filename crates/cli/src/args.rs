@@ -144,8 +144,11 @@ pub(crate) struct RepairOptions {
     /// Make all repairs below, needed or not, and merge vertices at equal positions
     #[arg(long)]
     pub(crate) lenient: bool,
-    /// Merge vertices at equal positions, or within a distance; or none
-    #[arg(long, value_name = "none|exact|LENGTH")]
+    /// Merge vertices at equal positions, only where open edges lie on each other, or within a distance; or none
+    ///
+    /// Commands that work on a surface merge them without being asked: `exact` in files that split vertices, such as
+    /// glTF, and `seams` in others, where patches may have vertices of their own.
+    #[arg(long, value_name = "none|seams|exact|LENGTH")]
     pub(crate) weld: Option<WeldName>,
     /// Drop faces that refer to vertices that do not exist
     #[arg(long)]
@@ -187,6 +190,7 @@ impl RepairOptions {
         match self.weld {
             None => {}
             Some(WeldName::None) => repair.weld = Weld::None,
+            Some(WeldName::Seams) => repair.weld = Weld::Seams,
             Some(WeldName::Exact) => repair.weld = Weld::Exact,
             Some(WeldName::Within(_)) => repair.weld = within,
         }
@@ -204,6 +208,7 @@ impl RepairOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum WeldName {
     None,
+    Seams,
     Exact,
     Within(Length),
 }
@@ -214,9 +219,10 @@ impl FromStr for WeldName {
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
             "none" => Ok(Self::None),
+            "seams" => Ok(Self::Seams),
             "exact" => Ok(Self::Exact),
             _ => text.parse().map(Self::Within).map_err(|_| {
-                "expected `none`, `exact` or a distance, like 0.001 or 0.01%".to_owned()
+                "expected `none`, `seams`, `exact` or a distance, like 0.001 or 0.01%".to_owned()
             }),
         }
     }

@@ -23,7 +23,7 @@ pub(crate) enum Failure {
     Build {
         path: PathBuf,
         source: Box<BuildError>,
-        /// Whether vertices that the format splits were joined without being asked for.
+        /// Whether vertices at equal positions were joined without being asked for.
         joined: bool,
     },
     #[error(
@@ -63,7 +63,7 @@ pub(crate) enum Failure {
     Panic(String),
 }
 
-const JOINED: &str = "; vertices that the format splits were joined, --weld none leaves them apart";
+const JOINED: &str = "; vertices at equal positions were joined, --weld none leaves them apart";
 
 /// A failure as a JSON object.
 #[derive(Debug, Serialize)]

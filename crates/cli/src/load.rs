@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use mesh_core::build::{BuildReport, Repair, Weld};
+use mesh_core::measure::cracks::{Cracks, cracks};
 use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind, Scene};
 use mesh_metric::{Surface, SurfaceError};
-use mesh_work::{Loaded, SceneRules, diagonal, mark_labels, splits_vertices};
+use mesh_work::{Loaded, SceneRules, diagonal, mark_labels, usual_weld};
 use serde::Serialize;
 
 use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
@@ -302,18 +303,23 @@ impl Loading {
     /// Reads a file and builds the mesh, with the repairs that are asked for and, without `--strict`, those that it
     /// needs. Some formats, for example glTF, split a vertex so that each part has one texture coordinate and one
     /// normal. The parts are welded unless `--weld` says otherwise: an edge between unconnected faces has no curvature
-    /// and cannot flip.
+    /// and cannot flip. So are open edges that lie on each other, without `--strict`.
     pub(crate) fn load(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let (model, format) = self.read.read_with_format(path, false, console)?;
         let mut repair = self.repairs(&model)?;
-        let joined = splits_vertices(&model, format)
-            && self.repair.weld.is_none()
-            && repair.weld == Weld::None;
+        let usual = usual_weld(&model, format);
+        let joined = self.repair.weld.is_none()
+            && repair.weld == Weld::None
+            && (usual == Weld::Exact || !self.repair.strict);
         if joined {
-            repair.weld = Weld::Exact;
+            repair.weld = usual;
         }
         let made = if self.repair.strict { Made::AsTold } else { Made::AsNeeded };
-        self.check_left(path, assemble(path, model, &repair, (made, joined), console)?)
+        let loaded = assemble(path, model, &repair, (made, joined), console)?;
+        if self.repair.weld.is_none() {
+            tell_cracks(path, &loaded, console);
+        }
+        self.check_left(path, loaded)
     }
 
     /// Reads a file and builds the mesh with only the repairs that are asked for.
@@ -382,6 +388,12 @@ pub(crate) fn assemble(
     if report.is_unchanged() {
         return Ok(loaded);
     }
+    if report.welded_vertices.count() > 0
+        && let Some(lost) = loaded.source().lost_by_joining()
+    {
+        console.message(format_args!("{name}: lost {lost}"));
+        console.lose(&name, "joining", &lost);
+    }
     console.repaired(&name, report.repairs());
     let mut only_join = Repair::strict();
     only_join.weld = if joined { asked.weld } else { Weld::None };
@@ -391,6 +403,19 @@ pub(crate) fn assemble(
         console.message(format_args!("{name}: {report}"));
     }
     Ok(loaded)
+}
+
+/// Names narrow gaps between boundaries, and what joins them.
+pub(crate) fn tell_cracks(path: &Path, loaded: &Loaded, console: &Console) {
+    if let Some(Cracks { vertices, width }) = cracks(&loaded.mesh) {
+        let name = printable(path.display());
+        let stays = format!(
+            "{vertices} boundary vertices stay apart from others within {width:.1e}; --weld {:.1e} joins them",
+            2.0 * width
+        );
+        console.message(format_args!("{name}: {stays}"));
+        console.stays(&name, &stays);
+    }
 }
 
 /// One line about repairs that were not asked for.

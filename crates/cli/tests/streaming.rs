@@ -36,9 +36,11 @@ fn what_passes_by_is_what_it_is_in_memory() {
     };
     let [a, b] = [area(&mut whole), area(&mut little)];
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-11 * a), "{a:?} {b:?}");
-    // The orientation needs the whole mesh: it is unknown for a streamed mesh.
-    let inside_out = [&mut whole, &mut little].map(|report| report["inside_out"].take());
-    assert_eq!(inside_out, [0.into(), serde_json::Value::Null]);
+    // Orientation and seams need the whole mesh: they are unknown for a streamed mesh.
+    for unknown in ["inside_out", "seam_edges"] {
+        let found = [&mut whole, &mut little].map(|report| report[unknown].take());
+        assert_eq!(found, [0.into(), serde_json::Value::Null]);
+    }
     assert_eq!(whole, little);
 
     for (from, to) in

@@ -3,8 +3,9 @@
 
 use std::collections::BTreeSet;
 
+use mesh_core::build::count_seam_edges;
 use mesh_core::glam::{DQuat, DVec3};
-use mesh_core::{PolygonSoup, Repair, Weld, build, cut_non_manifold, diagnose};
+use mesh_core::{Built, PolygonSoup, Repair, Weld, build, cut_non_manifold, diagnose};
 use proptest::prelude::*;
 
 /// Walls between cubes that lie on each other.
@@ -150,14 +151,130 @@ fn sheets_without_a_volume_keep_one_side() {
     }
 }
 
-/// Three sheets that meet in an edge have no inside; all get a boundary there.
+/// Three sheets meet in an edge: the two that run straight on stay joined, whatever their order.
 #[test]
-fn a_fin_is_cut_off() {
-    let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::NEG_Y, DVec3::Z];
-    let mut triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
-    let copies = cut_non_manifold(&positions, &mut triangles).unwrap();
-    let mut sources = copies;
-    sources.sort_unstable();
-    assert_eq!(sources, [0, 0, 1, 1]);
+fn what_runs_straight_on_stays_joined() {
+    let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(0.5, -1.0, 0.1), DVec3::Z];
+    let sheets = [[0, 1, 2], [1, 0, 3], [0, 1, 4]];
+    for turn in 0..3 {
+        let mut triangles = sheets;
+        triangles.rotate_left(turn);
+        let mut copies = cut_non_manifold(&positions, &mut triangles).unwrap();
+        copies.sort_unstable();
+        assert_eq!(copies, [0, 1]);
+        triangles.rotate_right(turn);
+        let [[a, b, _], [d, c, _], [e, f, _]] = triangles;
+        assert_eq!([a, b], [c, d]);
+        assert!(a != e && b != f);
+    }
     assert!(cut_non_manifold(&positions, &mut [[0, 1, 5]]).is_err());
+}
+
+/// A wall across a floor: the floor stays whole, whether it goes on around the ends of the wall or not, and whether it is
+/// flat or bends more at the foot than the wall does.
+#[test]
+fn a_floor_stays_whole_under_a_wall() {
+    for (width, bend) in [(5, 0.0), (9, 0.0), (9, 3.0)] {
+        let mut soup = PolygonSoup::new();
+        let vertex = |soup: &mut PolygonSoup, p: [f64; 3]| {
+            soup.push_vertex(p);
+            soup.vertex_count() as u32 - 1
+        };
+        let quad = |soup: &mut PolygonSoup, corners: [[f64; 3]; 4]| {
+            let [a, b, c, d] = corners.map(|p| vertex(soup, p));
+            soup.push_face(&[a, b, c]).unwrap();
+            soup.push_face(&[a, c, d]).unwrap();
+        };
+        let place = |x: i32, y: i32| [f64::from(x), f64::from(y), -bend * f64::from(y.abs())];
+        for (x, y) in (0..width).flat_map(|x| (-2..2).map(move |y| (x, y))) {
+            quad(
+                &mut soup,
+                [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]].map(|[x, y]| place(x, y)),
+            );
+        }
+        let floor = soup.face_count() as u32;
+        let over = |x: i32| [f64::from(x), -1.0, 1.0];
+        let first = (width - 5) / 2;
+        for x in first..first + 5 {
+            quad(&mut soup, [place(x, 0), place(x + 1, 0), over(x + 1), over(x)]);
+        }
+        let mut repair = Repair::strict();
+        (repair.weld, repair.cut_non_manifold) = (Weld::Exact, true);
+        let built = build(&soup, &repair).unwrap();
+        let found = diagnose(&built.mesh.to_soup()).unwrap();
+        assert_eq!((found.components, found.boundary_loops), (2, 2), "{width} {bend}");
+        assert_eq!(floor_rim(&built, floor), 2 * width as usize + 8);
+    }
+}
+
+/// The open edges of the faces whose source is below a number.
+fn floor_rim(built: &Built, end: u32) -> usize {
+    let faces = built.provenance.face_source.iter().zip(built.mesh.topology().triangles());
+    let triangles: Vec<_> = faces.filter(|(source, _)| **source < end).map(|(_, t)| t).collect();
+    let soup = PolygonSoup::from_triangles(built.mesh.positions(), &triangles).unwrap();
+    diagnose(&soup).unwrap().boundary_edges
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Sheets stand on the surface of cubes, outside and inside, several on an edge as well. The surface stays closed.
+    #[test]
+    fn solids_stay_closed_under_fins(
+        bits in any::<u32>(),
+        thin in any::<u32>(),
+        parts in 1_u32..3,
+        fins in prop::collection::vec(
+            (any::<prop::sample::Index>(), 1_u32..4, prop::array::uniform3(-1.0..1.0), any::<bool>()),
+            1..5,
+        ),
+    ) {
+        let (mut soup, _) = voxels(bits & thin | 1, parts, Walls::None, DQuat::IDENTITY, false);
+        let solid = soup.face_count();
+        for (foot, squares, rise, is_reversed) in fins {
+            let face = foot.index(solid);
+            let [a, b] = [0, 1].map(|k| soup.positions()[soup.face(face)[k] as usize]);
+            let along = b - a;
+            for square in 0..squares {
+                let [p, q] = [square, square + 1].map(|k| a + f64::from(k) * along);
+                let rise = DVec3::from(rise) + DVec3::splat(0.003);
+                let corners = [p, q, q + rise, p + rise].map(|p| {
+                    soup.push_vertex(p);
+                    soup.vertex_count() as u32 - 1
+                });
+                let [a, b, c, d] = corners;
+                let halves = if is_reversed { [[a, c, b], [a, d, c]] } else { [[a, b, c], [a, c, d]] };
+                halves.iter().for_each(|half| soup.push_face(half).unwrap());
+            }
+        }
+        let mut repair = Repair::strict();
+        (repair.weld, repair.cut_non_manifold) = (Weld::Exact, true);
+        (repair.drop_duplicates, repair.reorient) = (true, true);
+        let built = build(&soup, &repair).unwrap();
+        built.mesh.topology().validate().unwrap();
+        prop_assert_eq!(floor_rim(&built, solid as u32), 0);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// A surface of cubes whose faces have vertices of their own is closed after its seams are joined.
+    #[test]
+    fn faces_with_vertices_of_their_own_are_joined(
+        bits in any::<u32>(),
+        thin in any::<u32>(),
+        parts in 1_u32..4,
+        angle in prop_oneof![Just(0.0), 0.1..1.0],
+    ) {
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 0.5).normalize(), angle);
+        let (soup, cubes) = voxels(bits & thin, parts, Walls::None, turn, false);
+        let mut repair = Repair::strict();
+        (repair.weld, repair.cut_non_manifold) = (Weld::Seams, true);
+        let built = build(&soup, &repair).unwrap();
+        let found = diagnose(&built.mesh.to_soup()).unwrap();
+        prop_assert_eq!(found.boundary_edges, 0);
+        prop_assert_eq!(count_seam_edges(&built.mesh.to_soup()), 0);
+        prop_assert!((built.mesh.volume() - cubes as f64).abs() < 1e-4);
+    }
 }

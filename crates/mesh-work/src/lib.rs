@@ -32,7 +32,7 @@ pub use frame_curvature::{FrameEstimator, FrameValue, FrameValues, PointKind};
 pub use labels::{UnknownNumbers, mark_labels};
 pub use length::{Length, NoExtent, diagonal, parse_length};
 pub use levels::{LevelError, LevelOfDetail, LevelPlan, LevelRecord, LevelSteps, shown_from};
-pub use loaded::{Loaded, Source, build_with_needed_repairs, splits_vertices};
+pub use loaded::{Loaded, Source, build_with_needed_repairs, splits_vertices, usual_weld};
 pub use patches::{
     PatchMesh, PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model,
 };

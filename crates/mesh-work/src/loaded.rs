@@ -1,8 +1,8 @@
 //! A model and the mesh built from it.
 
-use mesh_core::build::{BuildError, BuildReport, Built, Provenance, Repair, build};
+use mesh_core::build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
 use mesh_core::{PolygonSoup, TriMesh};
-use mesh_io::{Format, Model, ModelError};
+use mesh_io::{Format, Lost, Model, ModelError};
 
 /// A model, the mesh built from it, and the map between their elements.
 #[derive(Clone, Debug)]
@@ -35,6 +35,13 @@ pub fn splits_vertices(model: &Model, format: Option<Format>) -> bool {
     matches!(format, Some(Format::Gltf | Format::Glb))
         || model.corner_uvs.is_some()
         || model.corner_normals.is_some()
+}
+
+/// The vertices that commands join where they are not told otherwise: all copies of a vertex in a file that may
+/// [split](splits_vertices) vertices, and open edges that lie on each other in other files.
+#[must_use]
+pub fn usual_weld(model: &Model, format: Option<Format>) -> Weld {
+    if splits_vertices(model, format) { Weld::Exact } else { Weld::Seams }
 }
 
 /// Builds a mesh with the repairs that are asked for. If the content still is no oriented 2-manifold, the build is
@@ -122,6 +129,39 @@ fn is_repairable(error: &BuildError) -> bool {
 }
 
 impl Source<'_> {
+    /// The vertices whose normals, colours or numbers are lost, since they were joined with vertices that have others.
+    #[must_use]
+    pub fn lost_by_joining(&self) -> Option<Lost> {
+        let Model { soup, vertex_normals, vertex_colors, vertex_scalars, .. } = self.model;
+        let Provenance { vertex_source, corner_source, .. } = self.provenance;
+        let (normals, colors) = (vertex_normals.as_deref(), vertex_colors.as_deref());
+        if normals.is_none() && colors.is_none() && vertex_scalars.is_empty() {
+            return None;
+        }
+        let differ = |a: u32, b: u32| {
+            let [a, b] = [a, b].map(|vertex| vertex as usize);
+            normals.is_some_and(|all| all.get(a) != all.get(b))
+                || colors.is_some_and(|all| all.get(a) != all.get(b))
+                || vertex_scalars.iter().any(|s| s.values.get(a) != s.values.get(b))
+        };
+        let mut lost: Vec<u32> = Vec::new();
+        for (corners, sources) in self.mesh.topology().triangles().zip(corner_source) {
+            for (vertex, source) in corners.into_iter().zip(sources) {
+                let joined = vertex_source.get(vertex as usize);
+                let own = soup.corners().get(*source as usize);
+                lost.extend(
+                    own.zip(joined).filter(|(a, b)| a != b && differ(**a, **b)).map(|p| p.0),
+                );
+            }
+        }
+        lost.sort_unstable();
+        lost.dedup();
+        let why = "they were joined with vertices at the same place that have others; --weld none, or join=False in \
+                   Python, keeps them apart";
+        let what = "normals, colours or numbers of vertices";
+        (!lost.is_empty()).then(|| Lost::some(what, lost.len() as u64, why))
+    }
+
     /// Whether model and mesh have the same elements in the same order.
     #[must_use]
     pub fn is_whole(&self) -> bool {

@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
-use mesh_core::build::{
-    BuildError, BuildReport, Built, Provenance, Repair, Weld, build, weld_exact,
-};
+use mesh_core::build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
+use mesh_core::measure::cracks::cracks;
 use mesh_core::{PolygonSoup, Topology, TriMesh, as_u32};
 use mesh_io::Model;
 use mesh_work::{Source, build_with_needed_repairs};
@@ -16,8 +15,8 @@ use crate::repair_warning;
 /// The content of a mesh, shared by its users and never changed.
 pub(crate) struct Content {
     pub(crate) model: Model,
-    /// Whether vertices that the format splits are one vertex of the mesh.
-    pub(crate) joins: bool,
+    /// Which vertices are one vertex of the mesh: nowhere a distance.
+    pub(crate) weld: Weld,
     built: Arc<OnceLock<Result<Whole, BuildError>>>,
 }
 
@@ -34,23 +33,28 @@ pub(crate) struct Whole {
 }
 
 impl Content {
-    pub(crate) fn new(model: Model, joins: bool) -> Self {
-        Self { model, joins, built: Arc::default() }
+    pub(crate) fn new(model: Model, weld: Weld) -> Self {
+        Self { model, weld, built: Arc::default() }
     }
 
     /// The polygons, with vertices at equal positions merged if they are one vertex of the surface.
     pub(crate) fn joined(&self) -> Cow<'_, PolygonSoup> {
         let soup = &self.model.soup;
-        if self.joins {
-            Cow::Owned(soup.merged(&weld_exact(soup.positions())))
-        } else {
-            Cow::Borrowed(soup)
+        match self.targets() {
+            Some(targets) => Cow::Owned(soup.merged(&targets)),
+            None => Cow::Borrowed(soup),
         }
+    }
+
+    /// The vertex that every vertex merges into, if any merge.
+    fn targets(&self) -> Option<Vec<u32>> {
+        let targets = self.weld.targets(&self.model.soup).ok().flatten()?;
+        (!targets.iter().copied().eq(0..as_u32(targets.len()))).then_some(targets)
     }
 
     /// The same faces and vertices with other data.
     pub(crate) fn with_model(&self, model: Model) -> Self {
-        Self { model, joins: self.joins, built: Arc::clone(&self.built) }
+        Self { model, weld: self.weld, built: Arc::clone(&self.built) }
     }
 
     /// The mesh, built once. Arrays of ids in Python are `int32`, so it has fewer than 2^31 vertices; a mesh with half-edges
@@ -84,7 +88,7 @@ impl Content {
     /// Whether the content is an oriented manifold, with as little memory as that takes.
     pub(crate) fn validate(&self) -> Result<(), Failure> {
         let soup = &self.model.soup;
-        if self.built.get().is_none() && !self.joins && self.is_triangular() {
+        if self.built.get().is_none() && self.weld != Weld::Exact && self.is_triangular() {
             let (triangles, _) = soup.corners().as_chunks::<3>();
             let finite = soup.positions().iter().all(|p| p.is_finite());
             if finite && Topology::from_triangles(soup.vertex_count(), triangles).is_ok() {
@@ -102,12 +106,10 @@ impl Content {
         ends.iter().zip(1_u64..).all(|(&end, face)| u64::from(end) == 3 * face)
     }
 
-    /// No repair but joining what a format splits.
+    /// No repair but joining vertices.
     fn joining(&self) -> Repair {
         let mut repair = Repair::strict();
-        if self.joins {
-            repair.weld = Weld::Exact;
-        }
+        repair.weld = self.weld;
         repair
     }
 
@@ -118,6 +120,17 @@ impl Content {
         let repairs: Vec<_> =
             report.repairs().filter(|repair| repair.0 != BuildReport::MERGED).collect();
         repair_warning::put(&repairs);
+        let source = Source { model: &self.model, mesh: &mesh, provenance: &provenance };
+        if report.welded_vertices.count() > 0
+            && let Some(lost) = source.lost_by_joining()
+        {
+            repair_warning::put_lost(&lost);
+        }
+        if self.weld == Weld::Seams
+            && let Some(cracks) = cracks(&mesh)
+        {
+            repair_warning::put_cracks(&cracks);
+        }
         let count = as_u32(soup.vertex_count());
         let is_same = provenance.vertex_source.iter().copied().eq(0..count);
         let mut cut = Vec::new();
@@ -127,10 +140,8 @@ impl Content {
                 let first = &mut vertices[source as usize];
                 *first = if first.0 == u32::MAX { (vertex, false) } else { (first.0, true) };
             }
-            if self.joins {
-                for (v, &target) in weld_exact(soup.positions()).iter().enumerate() {
-                    vertices[v] = vertices[target as usize];
-                }
+            for (v, &target) in self.targets().iter().flatten().enumerate() {
+                vertices[v] = vertices[target as usize];
             }
             cut.extend((0..count).zip(&vertices).filter(|v| v.1.1).map(|v| v.0));
             vertices.into_iter().map(|vertex| vertex.0).collect()

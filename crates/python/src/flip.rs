@@ -6,6 +6,7 @@ use dtri_flip::{
     Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, ShapeConstraint, Ties,
     optimise_with,
 };
+use mesh_core::build::Weld;
 use mesh_work::Seams;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -112,7 +113,7 @@ pub(crate) fn flip<'py>(
         let mut model = source.to_model(&mesh, &corners).map_err(Failure::from)?;
         model.vertex_normals = None;
         model.corner_normals = None;
-        Ok((MeshData::new(model, false), report))
+        Ok((MeshData::new(model, Weld::None), report))
     })?;
     Ok((mesh, told(py, &report)?))
 }

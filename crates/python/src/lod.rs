@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use ::simplify::{Progress, simplify_observed};
+use mesh_core::build::Weld;
 use mesh_work::{Attributes, LevelOfDetail, LevelRecord, LevelSteps};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
@@ -88,7 +89,7 @@ pub(crate) fn lod<'py>(
     let list = PyList::empty(py);
     for LevelOfDetail { model, collapses, distance, .. } in levels {
         let level = PyDict::new(py);
-        level.set_item("mesh", MeshData::new(model, false))?;
+        level.set_item("mesh", MeshData::new(model, Weld::None))?;
         level.set_item("collapses", collapses)?;
         level.set_item("mean", distance.mean())?;
         level.set_item("rms", distance.rms())?;

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use bytemuck::cast_slice;
 use mesh_core::PolygonSoup;
+use mesh_core::build::Weld;
 use mesh_io::{
     Encoding, External, Format, Model, Precision, ReadOptions, WriteOptions, WriteReport,
 };
-use mesh_work::splits_vertices;
+use mesh_work::usual_weld;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -23,9 +24,18 @@ use crate::views::{rows, view};
 #[pyclass(frozen, weakref, module = "curvmesh._core")]
 pub(crate) struct MeshData(Arc<Content>);
 
+/// Which vertices count as one.
+pub(crate) fn weld_of(join: Option<bool>) -> Weld {
+    match join {
+        None => Weld::Seams,
+        Some(true) => Weld::Exact,
+        Some(false) => Weld::None,
+    }
+}
+
 impl MeshData {
-    pub(crate) fn new(model: Model, joins: bool) -> Self {
-        Self(Arc::new(Content::new(model, joins)))
+    pub(crate) fn new(model: Model, weld: Weld) -> Self {
+        Self(Arc::new(Content::new(model, weld)))
     }
 
     pub(crate) fn shared(content: &Arc<Content>) -> Self {
@@ -89,14 +99,14 @@ impl MeshData {
             check(&soup)?;
             let mut model = model.clone();
             (model.soup, model.vertex_normals, model.corner_normals) = (soup, None, None);
-            Ok(Self::new(model, self.0.joins))
+            Ok(Self::new(model, self.0.weld))
         };
         py.detach(moved).map_err(|failure| failure.raise(py))
     }
 
     /// The whole content as bytes, for a pickle.
     fn dump<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let bytes = py.detach(|| postcard::to_allocvec(&(self.0.joins, self.model())));
+        let bytes = py.detach(|| postcard::to_allocvec(&(self.0.weld, self.model())));
         let bytes = bytes.map_err(|error| Failure::internal(error).raise(py))?;
         Ok(PyBytes::new(py, &bytes))
     }
@@ -104,20 +114,20 @@ impl MeshData {
     /// The mesh of such bytes.
     #[staticmethod]
     fn load(py: Python<'_>, content: &[u8]) -> PyResult<Self> {
-        let (joins, model): (bool, Model) =
+        let (weld, model): (Weld, Model) =
             py.detach(|| postcard::from_bytes(content)).map_err(|error| {
                 Failure::new("CurvmeshError", format!("the pickle is damaged: {error}")).raise(py)
             })?;
         let model_fits = model.check_attributes();
         model_fits.map_err(|error| Failure::new("CurvmeshError", error).raise(py))?;
-        Ok(Self::new(model, joins))
+        Ok(Self::new(model, weld))
     }
 
     /// Whether all content is the same to the last bit, apart from notes.
     fn equals(&self, py: Python<'_>, other: &Self) -> PyResult<bool> {
         let bytes = |mesh: &Self| {
             let model = Model { notes: Vec::new(), ..mesh.model().clone() };
-            postcard::to_allocvec(&(mesh.0.joins, model))
+            postcard::to_allocvec(&(mesh.0.weld == Weld::Exact, model))
         };
         let equal = py.detach(|| {
             let [a, b] = [self, other].map(|mesh| &mesh.model().soup);
@@ -152,10 +162,13 @@ impl MeshData {
         self.0.is_triangular()
     }
 
-    /// Whether vertices that the file splits count as one.
+    /// Whether vertices at equal positions count as one; `None` if only open edges that lie on each other do.
     #[getter]
-    fn joins(&self) -> bool {
-        self.0.joins
+    fn joins(&self) -> Option<bool> {
+        match self.0.weld {
+            Weld::Seams => None,
+            weld => Some(weld != Weld::None),
+        }
     }
 
     #[getter]
@@ -199,9 +212,10 @@ impl MeshData {
         unsafe { view(values, this.into_any()) }
     }
 
-    /// The same, with vertices that a format splits counting as one or not.
-    fn with_joins(&self, joins: bool) -> Self {
-        Self::new(self.model().clone(), joins)
+    /// The same, with vertices at equal positions counting as one or not.
+    #[pyo3(signature = (joins))]
+    fn with_joins(&self, joins: Option<bool>) -> Self {
+        Self::new(self.model().clone(), weld_of(joins))
     }
 
     /// Refuses what is no oriented manifold.
@@ -239,7 +253,7 @@ fn made(
         if checked {
             check(&soup)?;
         }
-        Ok(MeshData::new(soup.into(), false))
+        Ok(MeshData::new(soup.into(), Weld::Seams))
     };
     py.detach(make).map_err(|failure| failure.raise(py))
 }
@@ -307,8 +321,8 @@ pub(crate) fn read(
                 (model, format)
             }
         };
-        let joins = join.unwrap_or_else(|| splits_vertices(&model, format));
-        Ok(MeshData::new(model, joins))
+        let weld = join.map_or_else(|| usual_weld(&model, format), |join| weld_of(Some(join)));
+        Ok(MeshData::new(model, weld))
     })
 }
 

@@ -7,6 +7,7 @@ use curvpatch::{
     Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, Patch,
     Shape, SizeOptions, StopReason,
 };
+use mesh_core::build::Weld;
 use mesh_core::{FaceId, Handle, as_u32};
 use mesh_work::{PatchMesh, cover_model, patch_of_radius, patch_within, splat_model};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
@@ -226,13 +227,13 @@ impl CoverData {
         run(py, call, move |_| {
             let mesh = &content.whole()?.mesh;
             let model = cover_model(mesh, &cover, cut).map_err(Failure::from)?;
-            Ok(MeshData::new(model, false))
+            Ok(MeshData::new(model, Weld::None))
         })
     }
 
     /// The patches as elliptical discs: points with normals, and half axes as data of vertices.
     fn splats(&self) -> MeshData {
-        MeshData::new(splat_model(&self.cover.splats()), false)
+        MeshData::new(splat_model(&self.cover.splats()), Weld::None)
     }
 
     /// The patches as bytes, for a pickle.

@@ -59,6 +59,7 @@ pub(crate) fn repair<'py>(
         let weld = match &repairs.weld {
             None => Weld::None,
             Some(Given::Text(text)) if text == "none" => Weld::None,
+            Some(Given::Text(text)) if text == "seams" => Weld::Seams,
             Some(Given::Text(text)) if text == "exact" => Weld::Exact,
             Some(given) => {
                 let size = || {
@@ -97,7 +98,7 @@ pub(crate) fn repair<'py>(
         let model = loaded.to_model(&corners).map_err(Failure::from)?;
         let provenance = loaded.provenance;
         let sources = (provenance.vertex_source, provenance.face_source);
-        Ok((MeshData::new(model, false), loaded.report, holes, sources))
+        Ok((MeshData::new(model, Weld::None), loaded.report, holes, sources))
     })?;
     let told = PyDict::new(py);
     let counts = [
@@ -164,6 +165,6 @@ pub(crate) fn subdivide(
                 return Err(Ended::interrupted());
             }
         }
-        Ok((MeshData::new(model, false), straight_edges))
+        Ok((MeshData::new(model, Weld::None), straight_edges))
     })
 }

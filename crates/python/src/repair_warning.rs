@@ -6,6 +6,8 @@ use std::ffi::CString;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use mesh_core::build::BuildReport;
+use mesh_core::measure::cracks::Cracks;
+use mesh_io::Lost;
 use pyo3::prelude::*;
 
 /// What no call has told yet.
@@ -19,6 +21,20 @@ fn untold() -> MutexGuard<'static, Vec<String>> {
 pub(crate) fn put(repairs: &[(&str, usize)]) {
     let cure = "repair() returns the repaired mesh, validate() refuses such a mesh";
     keep("the mesh is repaired", repairs, cure);
+}
+
+/// Keeps a warning of content that is lost.
+pub(crate) fn put_lost(lost: &Lost) {
+    untold().push(format!("lost {lost}"));
+}
+
+/// Keeps a warning of narrow gaps.
+pub(crate) fn put_cracks(Cracks { vertices, width }: &Cracks) {
+    untold().push(format!(
+        "{vertices} boundary vertices stay apart from others within {width:.1e}; \
+         repair(mesh, weld={:.1e}) joins them",
+        2.0 * width
+    ));
 }
 
 /// Keeps a warning for the meshes of a scene. Vertices that the format splits are always merged.

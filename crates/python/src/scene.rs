@@ -11,7 +11,7 @@ use mesh_io::{
 };
 use mesh_work::{
     MeshOfScene, SceneBudget, SceneRules, SceneSteps, SceneTarget, scene_levels,
-    simplify_scene as simplify_meshes, splits_vertices,
+    simplify_scene as simplify_meshes,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
@@ -19,7 +19,7 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use crate::failure::{Ended, Failure, choose};
 use crate::host::{Call, State, Watch, run};
 use crate::length::{Given, length};
-use crate::mesh::{MeshData, read_options, written};
+use crate::mesh::{MeshData, read_options, weld_of, written};
 use crate::repair_warning;
 use crate::simplify::{ChoicesGiven, RulesGiven, state};
 
@@ -258,8 +258,7 @@ pub(crate) fn scene_mesh(
             ..ReadOptions::default()
         };
         let model = mesh_io::read_from(&mut &content[..], &options).map_err(Failure::from)?;
-        let joins = join.unwrap_or_else(|| splits_vertices(&model, Some(Format::Glb)));
-        Ok(MeshData::new(model, joins))
+        Ok(MeshData::new(model, weld_of(Some(join.unwrap_or(true)))))
     })
 }
 

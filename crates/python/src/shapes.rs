@@ -1,6 +1,7 @@
 //! Shapes with known curvature, for tests and examples.
 
 use mesh_core::PolygonSoup;
+use mesh_core::build::Weld;
 use mesh_shapes::{Sphere, Torus, polyhedra};
 use pyo3::prelude::*;
 
@@ -9,7 +10,7 @@ use crate::mesh::MeshData;
 
 fn made<E: std::fmt::Display>(py: Python<'_>, soup: Result<PolygonSoup, E>) -> PyResult<MeshData> {
     let soup = soup.map_err(|error| Failure::option(error).raise(py))?;
-    Ok(MeshData::new(soup.into(), false))
+    Ok(MeshData::new(soup.into(), Weld::None))
 }
 
 /// A sphere of an icosahedron cut into four so many times.

@@ -9,6 +9,7 @@ use ::simplify::{
     simplify_with,
 };
 use mesh_core::as_u32;
+use mesh_core::build::Weld;
 use mesh_work::{AttributeRules, Attributes, Choices, ConstraintChoices, LevelRecord};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -257,7 +258,7 @@ pub(crate) fn simplify<'py>(
         let charts = attributes.merged().map(|[before, after]| (before, after));
         let wanted = options.target.face_target(whole.mesh.topology().face_count());
         let room = charts.map(|_| as_u32(wanted));
-        let (mesh, map) = (MeshData::new(model, false), whole.of_vertices(map, -1));
+        let (mesh, map) = (MeshData::new(model, Weld::None), whole.of_vertices(map, -1));
         Ok(Done { mesh, map, charts, room, result })
     })?;
     report(py, done, content)

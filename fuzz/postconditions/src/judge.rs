@@ -10,7 +10,7 @@ use mesh_core::{
 };
 use mesh_io::{Format, Model, ScalarValues, Scalars};
 use mesh_metric::{CompareOptions, Comparison, Surface, compare};
-use mesh_work::{build_with_needed_repairs, splits_vertices};
+use mesh_work::{build_with_needed_repairs, splits_vertices, usual_weld};
 use serde_json::Value;
 
 use crate::turned::Turning;
@@ -108,9 +108,8 @@ impl Side {
     /// The input, as a command builds it.
     fn of_input(model: &Model, format: Option<Format>, promise: &Promise) -> Result<Self, String> {
         let mut repair = if promise.is_lenient { Repair::lenient() } else { Repair::strict() };
-        if splits_vertices(model, format) || format == Some(Format::Stl) {
-            repair.weld = Weld::Exact;
-        }
+        let is_stl = format == Some(Format::Stl);
+        repair.weld = if is_stl { Weld::Exact } else { usual_weld(model, format) };
         let built = build_with_needed_repairs(&model.soup, &repair);
         Self::new(built.map_err(|error| format!("input: {error}"))?)
     }

@@ -11,7 +11,7 @@ use crate::parts::{Choices, Parts};
 type Kind = (&'static str, fn(&mut Choices, f64) -> Parts);
 
 /// All kinds.
-const KINDS: [Kind; 23] = [
+const KINDS: [Kind; 25] = [
     ("box", cuboid),
     ("plate", plate),
     ("extrusion", extrusion),
@@ -35,6 +35,8 @@ const KINDS: [Kind; 23] = [
     ("globe", globe),
     ("dome with holes", dome_with_holes),
     ("outline", outline),
+    ("rooms", rooms),
+    ("patches", patches),
 ];
 
 /// The number of kinds.
@@ -58,7 +60,9 @@ pub fn named(name: &str) -> Option<usize> {
 /// A mesh of a kind. With `density` 1 it has a few hundred to a few thousand faces, with 10 a hundred times as many.
 #[must_use]
 pub fn mesh(kind: usize, seed: u64, density: f64) -> PolygonSoup {
-    KINDS[kind % KINDS.len()].1(&mut Choices::new(seed), density).welded()
+    let (name, make) = KINDS[kind % KINDS.len()];
+    let parts = make(&mut Choices::new(seed), density);
+    if name == "patches" { parts.apart() } else { parts.welded() }
 }
 
 impl Choices {
@@ -139,6 +143,55 @@ fn outline(choose: &mut Choices, density: f64) -> Parts {
         parts.ring(&rims[0], &rims[1]);
     }
     parts
+}
+
+/// Walls on a floor, or fins on a box: edges of three faces, and of four where walls meet.
+fn rooms(choose: &mut Choices, density: f64) -> Parts {
+    let mut parts = Parts::default();
+    let size = choose.cells(6, 16, density);
+    let is_solid = choose.one_in(2);
+    let low = if is_solid { choose.between(-3.0, -1.0) } else { 0.0 };
+    let high = DVec3::new(size as f64, size as f64, 0.0);
+    if is_solid {
+        parts.cuboid(DVec3::new(0.0, 0.0, low), high, [size, size, 2]);
+    } else {
+        parts.grid([size, size], |u, v| high * DVec3::new(u, v, 0.0));
+    }
+    let (rows, tall) = (choose.count(1, 3), choose.between(0.5, 4.0));
+    for wall in 0..choose.count(1, 4) {
+        let place = choose.count(1, size - 1) as f64;
+        let (from, to) = (choose.count(0, size / 2), choose.count(size / 2 + 1, size));
+        let turns = wall % 2 == 1;
+        let first = parts.triangles.len();
+        parts.grid([to - from, rows], |u, v| {
+            let along = from as f64 + u * (to - from) as f64;
+            let [x, y] = if turns { [place, along] } else { [along, place] };
+            DVec3::new(x, y, v * tall)
+        });
+        if choose.one_in(2) {
+            parts.reverse_from(first);
+        }
+    }
+    parts
+}
+
+/// A closed surface whose patches, or even faces, have vertices of their own.
+fn patches(choose: &mut Choices, density: f64) -> Parts {
+    let mut parts = Parts::default();
+    let (n, size) = (choose.cells(3, 16, density), choose.scale(0.5, 3.0));
+    let is_round = choose.one_in(2);
+    for side in 0..6 {
+        let (axis, sign) = (side / 2, if side % 2 == 0 { 1.0 } else { -1.0 });
+        parts.grid([n, n], |u, v| {
+            let mut p = DVec3::splat(sign);
+            let [u, v] = if sign > 0.0 { [u, v] } else { [v, u] };
+            (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+            // Equal points of two sides are equal bit by bit.
+            let p = if is_round { p / (p * p).to_array().iter().sum::<f64>().sqrt() } else { p };
+            (p * 1e6).round() / 1e6 * size
+        });
+    }
+    if choose.one_in(3) { parts.scattered() } else { parts }
 }
 
 fn prism(profile: &[DVec2], layers: usize, height: f64) -> Parts {

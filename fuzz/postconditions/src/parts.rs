@@ -116,6 +116,18 @@ impl Parts {
         self.triangles[first..].iter_mut().for_each(|[_, b, c]| core::mem::swap(b, c));
     }
 
+    /// Three vertices of its own for each triangle.
+    pub(crate) fn scattered(&self) -> Self {
+        let mut all = Self::default();
+        self.triangles.iter().for_each(|t| all.push(t.map(|v| self.points[v as usize])));
+        all
+    }
+
+    /// The vertices as they are.
+    pub(crate) fn apart(&self) -> PolygonSoup {
+        soup(&self.points, &self.triangles)
+    }
+
     /// One vertex for each position, to a billionth of the size; faces that lose a corner are left out.
     pub(crate) fn welded(&self) -> PolygonSoup {
         let size = self.points.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use mesh_core::PolygonSoup;
-use mesh_core::build::{BuildError, Repair};
+use mesh_core::build::{BuildError, Repair, count_seam_edges};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use mesh_core::measure::SoupMeasures;
 use mesh_io::{Format, Model};
@@ -52,6 +52,8 @@ struct Results {
     edges: usize,
     boundary_edges: usize,
     boundary_loops: usize,
+    /// Boundary edges that lie on others, which most commands join; null where it is not known.
+    seam_edges: Option<usize>,
     components: usize,
     edge_components: usize,
     euler_characteristic: i64,
@@ -107,7 +109,8 @@ fn one(options: &Info, task: &Task, console: &Console) -> Result<Done, Failure> 
         .map_err(|source| rejected(input, source))?;
     let scene = is_scene.then(|| options.loading.scene(input, console)).transpose()?;
     let scene = scene.as_ref().map(SceneTree::of);
-    let results = Results { scene, ..results(&soup.measure(), &diagnosis) };
+    let seam_edges = Some(count_seam_edges(&soup));
+    let results = Results { scene, seam_edges, ..results(&soup.measure(), &diagnosis) };
     report(task, &diagnosis, results, seconds, console)
 }
 
@@ -159,8 +162,7 @@ fn subject(
         return Ok(model.soup);
     }
     let soup = model.soup;
-    let targets =
-        repair.weld.targets(soup.positions()).map_err(|source| rejected(input, source))?;
+    let targets = repair.weld.targets(&soup).map_err(|source| rejected(input, source))?;
     Ok(match targets {
         Some(targets) => soup.merged(&targets),
         None => soup,
@@ -178,6 +180,7 @@ fn results(measures: &SoupMeasures, found: &Diagnosis) -> Results {
         edges: found.edges,
         boundary_edges: found.boundary_edges,
         boundary_loops: found.boundary_loops,
+        seam_edges: None,
         components: found.components,
         edge_components: found.edge_components,
         euler_characteristic: found.euler_characteristic,
@@ -256,8 +259,12 @@ impl fmt::Display for Report<Results> {
 
 impl Results {
     /// Counts of repairable defects, and the repair for each.
-    fn defects(&self) -> [(usize, &'static str); 10] {
+    fn defects(&self) -> [(usize, &'static str); 11] {
         [
+            (
+                self.seam_edges.unwrap_or(0),
+                "boundary edges that lie on others; most commands join them (--weld seams)",
+            ),
             (self.non_manifold_edges, "edges of more than two faces (--cut-non-manifold)"),
             (self.non_manifold_vertices, "pinched vertices (--cut-non-manifold)"),
             (self.inconsistent_edges, "edges whose faces have opposite orientations (--reorient)"),

@@ -14,7 +14,7 @@ use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::load::{Made, Seconds, assemble};
+use crate::load::{Made, Seconds, assemble, tell_cracks};
 use crate::scene::{Merging, tell_lost, tell_repairs};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Task};
@@ -214,6 +214,9 @@ fn of_mesh(options: &Repair, task: &Task, console: &Console) -> Result<Done, Fai
         loading.check_left(&task.input, loaded)
     })?;
     let (filled, printing) = Seconds::time(&mut seconds.compute, || finish(options, &mut loaded))?;
+    if loading.repair.weld.is_none() {
+        tell_cracks(&task.input, &loaded, console);
+    }
     let found = &loaded.report;
     let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;

@@ -2,7 +2,7 @@
 //!
 //! The corners at a vertex are linked through the edges along which exactly two faces meet, in
 //! opposite directions, and through [the faces that belong together](crate::build::touching) at
-//! edges where closed surfaces touch; a maximal chain of linked corners is a *fan*. Every fan beyond
+//! edges of more than two faces, [as far as they go up in pairs](crate::build::fins); a maximal chain of linked corners is a *fan*. Every fan beyond
 //! the first at a vertex gets its own copy of the vertex, which also cuts the surface along all other
 //! edges of several faces.
 //!
@@ -17,7 +17,8 @@
 use glam::DVec3;
 
 use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
-use crate::build::touching::{Wedges, is_closed_around, is_inside_out, pairs_around};
+use crate::build::fins::Parts;
+use crate::build::touching::{Wedges, is_inside_out, pairs_around};
 use crate::index::as_u32;
 use crate::topology::pairing::{TopologyError, check_corners};
 
@@ -83,20 +84,12 @@ impl Fans {
     /// Whether two sides of an edge run from the same fan to the same fan, or two of its faces have the same fans at all
     /// corners.
     fn has_twins(&self, edge: &[u32]) -> bool {
-        let sides = edge.iter().map(|&side| [side, next(side), NONE]);
-        let faces = edge.iter().map(|&side| [side, next(side), previous(side)]);
-        self.has_equal(sides.collect(), |_| ())
-            || self.has_equal(faces.collect(), |f| f.sort_unstable())
-    }
-
-    /// Whether two lists of corners have equal fans, after a change of each list of fans.
-    fn has_equal(&self, mut lists: Vec<[u32; 3]>, change: impl Fn(&mut [u32; 3])) -> bool {
-        for list in &mut lists {
-            *list = list.map(|c| if c == NONE { NONE } else { self.of_corner[c as usize] });
-            change(list);
-        }
-        lists.sort_unstable();
-        lists.windows(2).any(|pair| pair[0] == pair[1])
+        let fan = |corner: u32| self.of_corner[corner as usize];
+        let mut sides: Vec<_> = edge.iter().map(|&side| [side, next(side)].map(fan)).collect();
+        let mut faces: Vec<_> =
+            edge.iter().map(|&side| [side, next(side), previous(side)].map(fan)).collect();
+        faces.iter_mut().for_each(|face| face.sort_unstable());
+        has_equal(&mut sides) || has_equal(&mut faces)
     }
 
     /// The vertices with more than one fan and the number of fans at each, ascending.
@@ -109,6 +102,11 @@ impl Fans {
             .map(|fans| (fans[0], fans.len()))
             .collect()
     }
+}
+
+fn has_equal<T: Ord>(list: &mut [T]) -> bool {
+    list.sort_unstable();
+    list.windows(2).any(|pair| pair[0] == pair[1])
 }
 
 /// Cuts triangles apart where they are no oriented 2-manifold, and changes nothing else: the last step of
@@ -136,22 +134,24 @@ pub(crate) fn cut_apart(
 ) -> Vec<u32> {
     let mut mate = links(triangles, edges);
     let mut fans = Fans::linked(triangles, &mate);
-    let touching: Vec<&[u32]> =
-        edges.iter().filter(|edge| is_closed_around(triangles, edge)).collect();
-    let is_inside_out = !touching.is_empty() && is_inside_out(&position, triangles);
-    let mut unresolved = touching.clone();
+    let crowded: Vec<&[u32]> = edges.iter().filter(|edge| edge.len() > 2).collect();
+    let mut parts = (!crowded.is_empty())
+        .then(|| (Parts::new(&position, triangles, edges), is_inside_out(&position, triangles)));
+    let mut unresolved = crowded.clone();
     for wedges in [Some(Wedges::Inside), Some(Wedges::Outside), None] {
-        if unresolved.is_empty() {
+        let Some((parts, is_inside_out)) = parts.as_mut().filter(|_| !unresolved.is_empty()) else {
             break;
-        }
-        for edge in &unresolved {
+        };
+        for edge in unresolved {
             edge.iter().for_each(|&side| mate[side as usize] = NONE);
-            let pairs = wedges
-                .map(|wedges| pairs_around(&position, triangles, edge, wedges, is_inside_out));
-            pairs.into_iter().flatten().for_each(|pair| link(pair, &mut mate));
+            let Some(wedges) = wedges else { continue };
+            for sides in parts.groups(triangles, edge) {
+                let pairs = pairs_around(&position, triangles, &sides, wedges, *is_inside_out);
+                pairs.into_iter().for_each(|pair| link(pair, &mut mate));
+            }
         }
         fans = Fans::linked(triangles, &mate);
-        unresolved = touching.iter().copied().filter(|e| fans.has_twins(e)).collect();
+        unresolved = crowded.iter().copied().filter(|edge| fans.has_twins(edge)).collect();
     }
     let mut taken = vec![false; vertex_count];
     let mut copies = Vec::new();

@@ -93,7 +93,7 @@ impl<'a> Draft<'a> {
     }
 
     pub(super) fn weld(&mut self) -> Result<(), BuildError> {
-        let Some(target) = self.repair.weld.targets(self.soup.positions())? else {
+        let Some(target) = self.repair.weld.targets(self.soup)? else {
             return Ok(());
         };
         let is_merged = |&vertex: &u32| target[vertex as usize] != vertex;

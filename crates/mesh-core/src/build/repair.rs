@@ -1,5 +1,10 @@
 //! Which repairs a build may make.
 
+use crate::build::error::BuildError;
+use crate::build::seams::weld_seams;
+use crate::build::soup::PolygonSoup;
+use crate::build::weld::{weld_exact, weld_within};
+
 /// Which vertices count as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -8,11 +13,34 @@ pub enum Weld {
     /// Vertices stay as they are, even where positions coincide.
     #[default]
     None,
+    /// Open edges that lie on each other become one: programs that export a surface patch by patch give each patch
+    /// vertices of its own. Other vertices stay apart, even where positions coincide. Both sides of a sheet that is
+    /// given once per side stay apart as well.
+    Seams,
     /// Vertices with equal coordinates become one (`-0.0` equals `0.0`).
     Exact,
     /// In order of their index, each vertex merges into the first earlier vertex within this
     /// distance that did not itself merge, in model units. See [`crate::build::weld_within`].
     Distance(f64),
+}
+
+impl Weld {
+    /// The vertex that every vertex of a soup merges into; `None` for [`Weld::None`].
+    ///
+    /// # Errors
+    /// The distance is negative or not a number.
+    pub fn targets(self, soup: &PolygonSoup) -> Result<Option<Vec<u32>>, BuildError> {
+        let positions = soup.positions();
+        match self {
+            Self::None => Ok(None),
+            Self::Seams => Ok(Some(weld_seams(soup))),
+            Self::Exact => Ok(Some(weld_exact(positions))),
+            Self::Distance(distance) if distance.is_finite() && distance >= 0.0 => {
+                Ok(Some(weld_within(positions, distance)))
+            }
+            Self::Distance(distance) => Err(BuildError::InvalidWeldDistance { distance }),
+        }
+    }
 }
 
 /// Which repairs [`crate::build()`] may make, each of them off by default.
@@ -46,7 +74,8 @@ pub struct Repair {
     pub reorient: bool,
     /// Cut the surface along edges of more than two faces and along edges where no orientation makes two faces
     /// agree, and separate surfaces that touch only at a vertex, by duplicating vertices. Closed surfaces that touch
-    /// along an edge come apart closed; other surfaces get a boundary there.
+    /// along an edge come apart closed. Of other surfaces as many as possible stay joined in pairs, and the rest get a
+    /// boundary there.
     pub cut_non_manifold: bool,
     /// Drop vertices that no face uses.
     pub drop_unreferenced: bool,

@@ -5,8 +5,6 @@ use std::hash::{BuildHasher, RandomState};
 use glam::DVec3;
 
 use crate::build::edges::NONE;
-use crate::build::error::BuildError;
-use crate::build::repair::Weld;
 use crate::index::as_u32;
 use crate::topology::handle::{Handle, VertexId};
 
@@ -34,23 +32,6 @@ pub fn weld_exact(positions: &[DVec3]) -> Vec<u32> {
 pub(crate) fn position_key(position: DVec3) -> [u64; 3] {
     // Adding zero turns -0.0 into 0.0 and changes nothing else.
     (position + DVec3::ZERO).to_array().map(f64::to_bits)
-}
-
-impl Weld {
-    /// The vertex that every vertex merges into, as in [`weld_exact`] and [`weld_within`]; `None` for [`Weld::None`].
-    ///
-    /// # Errors
-    /// The distance is negative or not a number.
-    pub fn targets(self, positions: &[DVec3]) -> Result<Option<Vec<u32>>, BuildError> {
-        match self {
-            Self::None => Ok(None),
-            Self::Exact => Ok(Some(weld_exact(positions))),
-            Self::Distance(distance) if distance.is_finite() && distance >= 0.0 => {
-                Ok(Some(weld_within(positions, distance)))
-            }
-            Self::Distance(distance) => Err(BuildError::InvalidWeldDistance { distance }),
-        }
-    }
 }
 
 /// Which vertex every vertex merges into: in order of their index, each merges into the first

@@ -3,6 +3,7 @@
 pub mod bounding_box;
 pub mod closest_point;
 mod containment;
+pub mod cracks;
 pub mod crossing;
 mod direction_box;
 pub mod face_tree;

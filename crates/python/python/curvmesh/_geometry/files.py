@@ -114,7 +114,8 @@ def read(
         Read a file without any vertex as an empty mesh; otherwise this is an error.
     join : bool, optional
         Whether vertices at equal positions are one vertex of the surface. By default this holds for formats
-        that split vertices: glTF, and files with texture coordinates or normals per corner.
+        that split vertices: glTF, and files with texture coordinates or normals per corner. In other files only
+        open edges that lie on each other are one edge.
 
     Returns
     -------

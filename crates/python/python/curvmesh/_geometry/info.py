@@ -213,8 +213,8 @@ def repair(
     mesh : mesh-like
         See :func:`curvmesh.as_mesh`; indices may be out of range.
     weld : str or float, optional
-        Merge vertices at equal positions (``"exact"``), within a distance (a number, or ``"0.01%"``), or
-        not (``"none"``).
+        Merge vertices at equal positions (``"exact"``), only where open edges lie on each other (``"seams"``),
+        within a distance (a number, or ``"0.01%"``), or not (``"none"``).
     relative : bool
         Whether a number for `weld` is a share of the diagonal of the bounding box.
     drop_out_of_range, drop_degenerate, drop_duplicates : bool

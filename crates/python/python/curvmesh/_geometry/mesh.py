@@ -82,7 +82,8 @@ class Mesh(Methods):
         examined with :func:`curvmesh.info` and repaired with :func:`curvmesh.repair`.
     join : bool, optional
         Whether vertices at equal positions count as one. This is needed if vertices were split so that each has
-        one texture coordinate.
+        one texture coordinate. By default only open edges that lie on each other count as one edge, as between
+        patches that have vertices of their own.
 
     Raises
     ------
@@ -116,12 +117,12 @@ class Mesh(Methods):
         corner_data: Mapping[str, ArrayLike] | None = None,
         face_data: Mapping[str, ArrayLike] | None = None,
         check: bool = True,
-        join: bool = False,
+        join: bool | None = None,
     ) -> None:
         
         self._data = content(vertices, faces, check)
-        if join:
-            self._data = self._data.with_joins(True)
+        if join is not None:
+            self._data = self._data.with_joins(join)
         given = ((self.vertex_data, vertex_data), (self.corner_data, corner_data))
         for data, values in (*given, (self.face_data, face_data)):
             if values:
@@ -262,12 +263,12 @@ class Mesh(Methods):
         return np.array([points.min(axis=0), points.max(axis=0)])
 
     @property
-    def joins(self) -> bool:
-        """Whether vertices at equal positions count as one."""
+    def joins(self) -> bool | None:
+        """Whether vertices at equal positions count as one; ``None`` if only open edges that lie on each other do."""
         return self._data.joins
 
-    def joined(self, join: bool = True) -> Mesh:
-        """The same mesh, with vertices at equal positions counting as one or not."""
+    def joined(self, join: bool | None = True) -> Mesh:
+        """The same mesh, with vertices at equal positions counting as one or not; see :attr:`joins`."""
         return Mesh._of(self._data.with_joins(join))
 
     def copy(self) -> Mesh:
