@@ -19,13 +19,16 @@ pub(crate) fn closest_on_triangles<S: Simd>(
     let normal = ab.cross(Vec3x8 { x: -ca.x, y: -ca.y, z: -ca.z });
     let squared = normal.length_squared();
     let thin = squared.simd_le(ab.length_squared() * (THIN * THIN) * ca.length_squared());
-    let over_ab = normal.dot(ab.cross(a)).simd_gt(0.0) | thin;
-    let over_bc = normal.dot(bc.cross(b)).simd_gt(0.0) | thin;
-    let over_ca = normal.dot(ca.cross(c)).simd_gt(0.0) | thin;
+    // Masks are not joined, but given to selections one after the other: builds without link-time optimisation call a
+    // function to join two masks.
+    let one = f64x8::splat(squared.simd, 1.0);
+    let over_ab = thin.select(one, normal.dot(ab.cross(a))).simd_gt(0.0);
+    let over_bc = thin.select(one, normal.dot(bc.cross(b))).simd_gt(0.0);
+    let over_ca = thin.select(one, normal.dot(ca.cross(c))).simd_gt(0.0);
     let perpendicular = normal * (normal.dot(a) / squared);
     let far = f64x8::splat(squared.simd, f64::INFINITY);
-    let over_any = over_ab | over_bc | over_ca;
-    let mut best = (perpendicular, over_any.select(far, perpendicular.length_squared()));
+    let above = over_ca.select(far, perpendicular.length_squared());
+    let mut best = (perpendicular, over_ab.select(far, over_bc.select(far, above)));
     best = nearer(best, over_ab, closest_on_segments(a, ab));
     best = nearer(best, over_bc, closest_on_segments(b, bc));
     nearer(best, over_ca, closest_on_segments(c, ca))
@@ -49,7 +52,8 @@ fn nearer<S: Simd>(
     candidate: Vec3x8<S>,
 ) -> (Vec3x8<S>, f64x8<S>) {
     let squared = candidate.length_squared();
-    let is_nearer = mask & squared.simd_lt(best.1);
+    let far = f64x8::splat(squared.simd, f64::INFINITY);
+    let is_nearer = mask.select(squared, far).simd_lt(best.1);
     (Vec3x8::select(is_nearer, candidate, best.0), is_nearer.select(squared, best.1))
 }
 
