@@ -19,7 +19,7 @@ pub(crate) enum Failure {
     Folder { path: PathBuf, source: std::io::Error },
     #[error("{}: there is no mesh file in this folder; name files, or a folder with some", .0.display())]
     NoFiles(PathBuf),
-    #[error("{}: {}{}", path.display(), as_options(&source.to_string()), if *joined { JOINED } else { "" })]
+    #[error("{}: {}{}", path.display(), as_options(&source.to_string()), if *joined && !is_malformed(source) { JOINED } else { "" })]
     Build {
         path: PathBuf,
         source: Box<BuildError>,

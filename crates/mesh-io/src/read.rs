@@ -123,7 +123,21 @@ pub(crate) fn detect(
         Some(format) => Ok((format, size)),
         None => {
             let found = quote(&head[..head.len().min(16)]);
-            Err(ReadErrorKind::UnknownFormat { found })
+            let known = FOREIGN.iter().find(|(start, _)| head.starts_with(start));
+            let what = known.map(|(_, what)| format!(" ({what})"));
+            Err(ReadErrorKind::UnknownFormat { found: found + &what.unwrap_or_default() })
         }
     }
 }
+
+/// The first bytes of files that people take for meshes, and what to do with such a file.
+const FOREIGN: [(&[u8], &str); 8] = [
+    (b"\x1f\x8b", "packed by gzip: unpack it first"),
+    (b"PK\x03\x04", "a ZIP archive, as 3MF and USDZ files are: unpack or export the mesh first"),
+    (b"BZh", "packed by bzip2: unpack it first"),
+    (b"\xfd7zXZ", "packed by xz: unpack it first"),
+    (b"\x28\xb5\x2f\xfd", "packed by zstd: unpack it first"),
+    (b"Kaydara FBX", "FBX: export it as glTF first"),
+    (b"BLENDER", "a Blender file: export it as glTF first"),
+    (b"ISO-10303-21", "STEP, which has exact surfaces: export triangles from a CAD program first"),
+];

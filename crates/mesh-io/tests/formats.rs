@@ -603,3 +603,16 @@ fn gaps_in_the_texture_coordinates_of_a_face_are_told() {
         }
     }
 }
+
+#[test]
+fn files_that_are_no_meshes_are_named() {
+    for (content, word) in [
+        (&b"\x1f\x8b\x08\x08"[..], "gzip: unpack it"),
+        (b"PK\x03\x04\x14", "3MF"),
+        (b"Kaydara FBX Binary  \x00", "export it as glTF"),
+        (b"ISO-10303-21;\nHEADER;", "STEP"),
+    ] {
+        let error = read_from(&mut &*content, &ReadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    }
+}
