@@ -286,6 +286,9 @@ function upright(q) {
 function fit(isWhole = true) {
   const turned = rows(state.turn), { width, height } = canvas.getBoundingClientRect();
   const cell = cells(Math.max(1, width), Math.max(1, height))[0], aspect = cell.width / cell.height;
+  // The share of the height that the names take, above the meshes.
+  fitCanvas(); showNames();
+  const names = Array.from(element('names').children, name => (name.offsetHeight + 8) / cell.height), above = Math.min(0.4, Math.max(0, ...names));
   state.target = [0, 0, 0]; state.half = radius();
   for (let round = 0; round < 6; round++) {
     const away = state.half / Math.tan(FOV / 2), middle = turned.map(row => dot(row, state.target));
@@ -304,9 +307,10 @@ function fit(isWhole = true) {
       }
     }
     if (!(low[0] <= high[0])) return;
-    const shift = [0, 1].map(i => 0.5 * (low[i] + high[i])), half = [0, 1].map(i => 0.5 * (high[i] - low[i]));
+    const half = [0, 1].map(i => 0.5 * (high[i] - low[i])), tall = 1.1 * Math.max(half[1] / (1 - above), half[0] / aspect, 1e-5 * radius());
+    const shift = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]) + tall * above];
     state.target = state.target.map((t, i) => t + shift[0] * turned[0][i] + shift[1] * turned[1][i]);
-    state.half = 1.1 * Math.max(half[1], half[0] / aspect, 1e-5 * radius()) * Math.min(1, aspect);
+    state.half = tall * Math.min(1, aspect);
   }
 }
 
