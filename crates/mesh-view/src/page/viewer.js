@@ -983,6 +983,7 @@ function redraw() {
     fitCanvas();
     draw(canvas.width, canvas.height, ratio());
     showNames();
+    showLevel();
     showLength();
     writeLater();
     viewer.frames++;
@@ -1496,7 +1497,7 @@ function showNames() {
   const list = cells(canvas.width, canvas.height);
   const wanted = meshes.length > 1 || meshes[0].source.simplified || meshes.some(isInsideOut);
   const key = JSON.stringify([state.backs, list.map(c => [c.mesh.number, c.x, c.y, c.clip, c.height])]);
-  if (showNames.key === key) { showLevel(); return; }
+  if (showNames.key === key) return;
   showNames.key = key;
   box.replaceChildren(...(wanted ? list : []).map(cell => {
     const { source } = cell.mesh, note = source.simplified ? ` (shown with ${grouped(cell.mesh.faces)} of ${grouped(source.simplified)} faces)` : '';
@@ -1506,7 +1507,6 @@ function showNames() {
     name.style.top = (canvas.height - cell.y - cell.height) * scale + 'px';
     return name;
   }));
-  showLevel();
 }
 function showLevel() {
   if (state.layout !== 'distance' || meshes.length < 2) return;
