@@ -13,6 +13,7 @@ use crate::build::edges::NONE;
 use crate::build::soup::PolygonSoup;
 use crate::build::weld::weld_exact;
 use crate::index::as_u32;
+use crate::random::SplitMix64;
 use crate::topology::disjoint_sets::DisjointSets;
 
 /// Sines of smaller angles are rounding: the faces fold back onto each other.
@@ -22,127 +23,163 @@ const FOLDED: f64 = 1e-5;
 const MOST_COMPARED: usize = 32;
 
 /// An open side of a face: the face, and where the side starts among its corners.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side {
     face: u32,
     corner: u32,
 }
 
-/// The open sides that lie on others, in groups with equal ends; and for each vertex the first one at its position.
-fn groups(soup: &PolygonSoup) -> (Vec<Vec<Side>>, Vec<u32>) {
-    let first = weld_exact(soup.positions());
-    let mut has_copies = vec![false; first.len()];
-    for (vertex, &first) in
-        first.iter().enumerate().filter(|&(vertex, &first)| vertex != first as usize)
-    {
-        has_copies[vertex] = true;
-        has_copies[first as usize] = true;
+/// Whether each side has a side in the opposite direction, as in a closed surface. Numbers that stand for edges, with the
+/// sign of the direction, sum to zero then, and otherwise only by a chance of one in 2^64.
+fn is_closed(soup: &PolygonSoup) -> bool {
+    let number = |from: u32, to: u32| {
+        let edge = u64::from(from.min(to)) << 32 | u64::from(from.max(to));
+        let number = SplitMix64::new(edge).bits();
+        if from < to { number } else { number.wrapping_neg() }
+    };
+    let around = |face: &[u32]| {
+        let last = face.last().zip(face.first()).map_or(0, |(&last, &first)| number(last, first));
+        face.windows(2).fold(last, |sum, side| sum.wrapping_add(number(side[0], side[1])))
+    };
+    soup.faces().fold(0_u64, |sum, face| sum.wrapping_add(around(face))) == 0
+}
+
+/// The open sides that lie on others.
+struct Seams<'a> {
+    soup: &'a PolygonSoup,
+    /// For each vertex the first one at its position.
+    first: Vec<u32>,
+    /// Sides with their ends at the first vertices; sides with equal ends are contiguous.
+    open: Vec<([u32; 2], Side)>,
+    /// For each face twice its area vector; empty if there are no seams.
+    normals: Vec<DVec3>,
+}
+
+impl<'a> Seams<'a> {
+    fn new(soup: &'a PolygonSoup) -> Self {
+        let (mut first, mut open, mut normals) = (Vec::new(), Vec::new(), Vec::new());
+        if is_closed(soup) {
+            return Self { soup, first, open, normals };
+        }
+        first = weld_exact(soup.positions());
+        let mut has_copies = vec![false; first.len()];
+        for (vertex, &first) in first.iter().enumerate() {
+            if vertex != first as usize {
+                has_copies[vertex] = true;
+                has_copies[first as usize] = true;
+            }
+        }
+        if !has_copies.contains(&true) {
+            return Self { soup, first, open, normals };
+        }
+        let has_copies = |v: u32| has_copies.get(v as usize).copied().unwrap_or(false);
+        let mut sides: Vec<([u32; 2], Side)> = Vec::new();
+        for (face, corners) in soup.faces().enumerate() {
+            let next = corners.iter().cycle().skip(1);
+            for (corner, (&from, &to)) in corners.iter().zip(next).enumerate() {
+                let is_seam = has_copies(from) && has_copies(to);
+                if is_seam && first[from as usize] != first[to as usize] {
+                    let side = Side { face: as_u32(face), corner: as_u32(corner) };
+                    sides.push(([from.min(to), from.max(to)], side));
+                }
+            }
+        }
+        sides.sort_unstable();
+        open.extend(sides.chunk_by(|a, b| a.0 == b.0).filter(|sides| sides.len() == 1).flatten());
+        for (ends, _) in &mut open {
+            *ends = ends.map(|vertex| first[vertex as usize]);
+            ends.sort_unstable();
+        }
+        open.sort_unstable();
+        if open.windows(2).any(|pair| pair[0].0 == pair[1].0) {
+            normals = soup.faces().map(|corners| area_vector(soup, corners)).collect();
+        }
+        Self { soup, first, open, normals }
     }
-    if !has_copies.contains(&true) {
-        return (Vec::new(), first);
+
+    /// The ends of a side, in its direction.
+    fn ends(&self, side: Side) -> [u32; 2] {
+        let corners = self.soup.face(side.face as usize);
+        let corner = side.corner as usize;
+        [corners[corner], corners[(corner + 1) % corners.len()]]
     }
-    let has_copies = |v: u32| has_copies.get(v as usize).copied().unwrap_or(false);
-    let mut sides: Vec<([u32; 2], Side)> = Vec::new();
-    for (face, corners) in soup.faces().enumerate() {
-        let next = corners.iter().cycle().skip(1);
-        for (corner, (&from, &to)) in corners.iter().zip(next).enumerate() {
-            if has_copies(from) && has_copies(to) && first[from as usize] != first[to as usize] {
-                let side = Side { face: as_u32(face), corner: as_u32(corner) };
-                sides.push(([from.min(to), from.max(to)], side));
+
+    /// The direction into the face, at a right angle to a side.
+    fn inward(&self, side: Side) -> DVec3 {
+        let [from, to] = self.ends(side).map(|v| self.soup.positions()[v as usize]);
+        self.normals[side.face as usize].cross(to - from).normalize_or_zero()
+    }
+
+    /// Passes the sides that are joined, two or more at a time.
+    fn each_joined(&self, mut see: impl FnMut(&[Side])) {
+        let (mut sides, mut inward) = (Vec::new(), Vec::new());
+        for group in self.open.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1) {
+            sides.clear();
+            sides.extend(group.iter().map(|&(_, side)| side));
+            inward.clear();
+            inward.extend(sides.iter().map(|&side| self.inward(side)));
+            let is_folded = |a: usize, b: usize| {
+                let (a, b): (DVec3, DVec3) = (inward[a], inward[b]);
+                a.dot(b) > 0.0 && a.cross(b).length() < FOLDED
+            };
+            let count = sides.len();
+            let has_folds = || (0..count).any(|a| (0..a).any(|b| is_folded(a, b)));
+            if count > MOST_COMPARED || !has_folds() {
+                see(&sides);
+                continue;
+            }
+            // Each side goes on in the face that is most nearly straight ahead and runs the other way.
+            let start = |side: usize| self.first[self.ends(sides[side])[0] as usize];
+            let mut is_taken = [false; MOST_COMPARED];
+            for a in 0..count {
+                let ahead = (a + 1..count)
+                    .filter(|&b| !is_taken[b] && start(a) != start(b) && !is_folded(a, b))
+                    .min_by(|&b, &c| inward[a].dot(inward[b]).total_cmp(&inward[a].dot(inward[c])));
+                if let Some(b) = ahead.filter(|_| !is_taken[a]) {
+                    (is_taken[a], is_taken[b]) = (true, true);
+                    see(&[sides[a], sides[b]]);
+                }
             }
         }
     }
-    sides.sort_unstable_by_key(|&(ends, side)| (ends, side.face, side.corner));
-    let mut open: Vec<([u32; 2], Side)> = sides
-        .chunk_by(|a, b| a.0 == b.0)
-        .filter(|sides| sides.len() == 1)
-        .flatten()
-        .map(|&([a, b], side)| {
-            let [a, b] = [first[a as usize], first[b as usize]];
-            ([a.min(b), a.max(b)], side)
-        })
-        .collect();
-    open.sort_unstable_by_key(|&(ends, side)| (ends, side.face, side.corner));
-    let groups = open.chunk_by(|a, b| a.0 == b.0).filter(|sides| sides.len() > 1);
-    (groups.map(|sides| sides.iter().map(|&(_, side)| side).collect()).collect(), first)
 }
 
-/// The ends of a side, in its direction.
-fn ends(soup: &PolygonSoup, side: Side) -> [u32; 2] {
-    let corners = soup.face(side.face as usize);
-    let corner = side.corner as usize;
-    [corners[corner], corners[(corner + 1) % corners.len()]]
-}
-
-/// The direction into the face, at a right angle to a side.
-fn inward(soup: &PolygonSoup, side: Side) -> DVec3 {
+/// Twice the area of a polygon, times its normal.
+fn area_vector(soup: &PolygonSoup, corners: &[u32]) -> DVec3 {
     let at = |v: u32| soup.positions().get(v as usize).copied().unwrap_or(DVec3::NAN);
-    let [from, to] = ends(soup, side).map(at);
-    let corners = soup.face(side.face as usize);
-    let pairs = corners.iter().zip(corners.iter().cycle().skip(1));
-    let normal: DVec3 = pairs.map(|(&a, &b)| (at(a) - from).cross(at(b) - from)).sum();
-    normal.cross(to - from).normalize_or_zero()
-}
-
-/// The sides of a group that are joined, as sets of at least two sides.
-fn joined(soup: &PolygonSoup, group: &[Side], first: &[u32]) -> Vec<Vec<Side>> {
-    let inward: Vec<DVec3> = group.iter().map(|&side| inward(soup, side)).collect();
-    let is_folded = |a: usize, b: usize| {
-        inward[a].dot(inward[b]) > 0.0 && inward[a].cross(inward[b]).length() < FOLDED
-    };
-    let is_small = group.len() <= MOST_COMPARED;
-    let has_folds = || (0..group.len()).any(|a| (0..a).any(|b| is_folded(a, b)));
-    if !is_small || !has_folds() {
-        return vec![group.to_vec()];
-    }
-    // Each side goes on in the face that is most nearly straight ahead and runs the other way.
-    let start = |side: usize| first[ends(soup, group[side])[0] as usize];
-    let mut is_taken = vec![false; group.len()];
-    let mut pairs = Vec::new();
-    for a in 0..group.len() {
-        if is_taken[a] {
-            continue;
-        }
-        let ahead = (a + 1..group.len())
-            .filter(|&b| !is_taken[b] && start(a) != start(b) && !is_folded(a, b))
-            .min_by(|&b, &c| inward[a].dot(inward[b]).total_cmp(&inward[a].dot(inward[c])));
-        if let Some(b) = ahead {
-            (is_taken[a], is_taken[b]) = (true, true);
-            pairs.push(vec![group[a], group[b]]);
-        }
-    }
-    pairs
+    let origin = corners.first().map_or(DVec3::ZERO, |&v| at(v));
+    let sides = corners.windows(2).map(|side| (at(side[0]) - origin).cross(at(side[1]) - origin));
+    sides.sum()
 }
 
 /// The vertex that every vertex merges into so that open edges that lie on each other become one: the first of its set.
 pub(crate) fn weld_seams(soup: &PolygonSoup) -> Vec<u32> {
-    let (groups, first) = groups(soup);
-    let count = as_u32(first.len());
-    if groups.is_empty() {
-        return (0..count).collect();
-    }
-    let mut sets = DisjointSets::new(first.len());
+    let seams = Seams::new(soup);
+    let count = soup.vertex_count();
+    let mut sets = DisjointSets::new(count);
     // Per position, by its first vertex, the vertex of the side before.
-    let mut last = vec![NONE; first.len()];
-    for set in groups.iter().flat_map(|group| joined(soup, group, &first)) {
-        let vertices = || set.iter().flat_map(|&side| ends(soup, side));
-        vertices().for_each(|v| last[first[v as usize] as usize] = NONE);
+    let mut last = vec![NONE; seams.first.len()];
+    seams.each_joined(|sides| {
+        let vertices = || sides.iter().flat_map(|&side| seams.ends(side));
+        let place = |v: u32| seams.first[v as usize] as usize;
+        vertices().for_each(|v| last[place(v)] = NONE);
         for v in vertices() {
-            let last = &mut last[first[v as usize] as usize];
+            let last = &mut last[place(v)];
             if *last != NONE {
                 sets.union(*last, v);
             }
             *last = v;
         }
-    }
-    (0..count).map(|v| sets.find(v)).collect()
+    });
+    (0..as_u32(count)).map(|v| sets.find(v)).collect()
 }
 
 /// The number of open edges that [`Weld::Seams`](crate::build::Weld::Seams) joins with others.
 #[must_use]
 pub fn count_seam_edges(soup: &PolygonSoup) -> usize {
-    let (groups, first) = groups(soup);
-    groups.iter().flat_map(|group| joined(soup, group, &first)).map(|set| set.len()).sum()
+    let mut count = 0;
+    Seams::new(soup).each_joined(|sides| count += sides.len());
+    count
 }
 
 #[cfg(test)]
