@@ -236,7 +236,7 @@ impl MeshData {
             Ok(Some(source.to_model(source.mesh, corners).map_err(Failure::from)?))
         })?;
         Ok(match model {
-            Some(model) => Self::new(model, false),
+            Some(model) => Self::new(model, Weld::None),
             None => Self(self.content()),
         })
     }

@@ -319,3 +319,54 @@ def test_empty_and_tiny_meshes() -> None:
     assert cm.flip(alone).flips == 0
     with pytest.raises(cm.CurvmeshError):
         cm.distance(empty, alone)
+
+
+def apart(mesh: cm.Mesh) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """The faces with vertices of their own."""
+    return mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * mesh.face_count).reshape(-1, 3)
+
+
+def test_boundary_edges_that_lie_on_each_other_are_joined(tmp_path: Path) -> None:
+    torus = cm.shapes.torus(24, 12)
+    soup = cm.Mesh(*apart(torus))
+    assert soup.joins is None
+    assert soup.vertex_count == 3 * torus.face_count
+    assert cm.info(soup).closed
+    small = cm.simplify(soup, faces=200).mesh
+    assert small.face_count == 200
+    assert cm.info(small).closed
+    found = cm.curvature(soup, estimator="vertex")
+    assert found.mean.shape == (soup.vertex_count,)
+    assert np.isfinite(found.mean).all()
+    kept = soup.joined(False)
+    assert kept.joins is False
+    assert not cm.info(kept).closed
+    for name in ["soup.ply", "soup.obj", "soup.off"]:
+        cm.save(soup, tmp_path / name)
+        assert cm.read(tmp_path / name).joins is None
+        assert cm.simplify(tmp_path / name, faces=200).mesh == small
+        assert cm.read(tmp_path / name, join=False) == soup
+    assert pickle.loads(pickle.dumps(soup)).joins is None
+    assert pickle.loads(pickle.dumps(kept)).joins is False
+
+
+def test_what_joined_vertices_lose_is_named() -> None:
+    soup = cm.Mesh(*apart(cm.shapes.torus(24, 12)))
+    soup.vertex_data["part"] = np.arange(soup.vertex_count) // 900
+    with pytest.warns(cm.RepairWarning, match="colours or numbers of vertices.*join=False"):
+        cm.simplify(soup, faces=200)
+
+
+def test_narrow_gaps_are_named_with_their_cure() -> None:
+    points, faces = [], []
+    for strip in range(2):
+        for y in range(6):
+            points += [[strip * (1 + 1e-6) + x, y, 0] for x in range(2)]
+        for v in range(12 * strip, 12 * strip + 10, 2):
+            faces += [[v, v + 1, v + 3, v + 2]]
+    strips = cm.Mesh(points, faces)
+    with pytest.warns(cm.RepairWarning, match=r"6 boundary vertices.*weld=2.0e-6") as told:
+        cm.simplify(strips, faces=10)
+    texts = [text for warning in told if "weld=" in (text := str(warning.message))]
+    weld = float(texts[0].split("weld=")[1].split(")")[0])
+    assert cm.info(cm.repair(strips, weld=weld).mesh).components == 1
