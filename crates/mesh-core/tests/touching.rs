@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use mesh_core::build::count_seam_edges;
 use mesh_core::glam::{DQuat, DVec3};
-use mesh_core::{Built, PolygonSoup, Repair, Weld, build, cut_non_manifold, diagnose};
+use mesh_core::{Built, PolygonSoup, Repair, SplitMix64, Weld, build, cut_non_manifold, diagnose};
 use proptest::prelude::*;
 
 /// Walls between cubes that lie on each other.
@@ -14,6 +14,13 @@ enum Walls {
     None,
     SameTriangles,
     OtherTriangles,
+}
+
+/// Adds a triangle with vertices of its own.
+fn push(soup: &mut PolygonSoup, corners: [DVec3; 3]) {
+    let first = soup.vertex_count() as u32;
+    corners.into_iter().for_each(|p| soup.push_vertex(p));
+    soup.push_face(&[first, first + 1, first + 2]).unwrap();
 }
 
 /// The surface of some cubes of a grid of 3 x 3 x 3, each with `parts` x `parts` squares on a side, turned, and rounded
@@ -31,13 +38,8 @@ fn voxels(
         .collect();
     let mut soup = PolygonSoup::new();
     let mut put = |corners: [DVec3; 3]| {
-        let first = soup.vertex_count() as u32;
-        for p in corners {
-            soup.push_vertex((turn * p).as_vec3().as_dvec3());
-        }
-        let face =
-            if reversed { [first, first + 2, first + 1] } else { [first, first + 1, first + 2] };
-        soup.push_face(&face).unwrap();
+        let [a, b, c] = corners.map(|p| (turn * p).as_vec3().as_dvec3());
+        push(&mut soup, if reversed { [a, c, b] } else { [a, b, c] });
     };
     for &cube in &cubes {
         for axis in 0..3 {
@@ -176,14 +178,9 @@ fn what_runs_straight_on_stays_joined() {
 fn a_floor_stays_whole_under_a_wall() {
     for (width, bend) in [(5, 0.0), (9, 0.0), (9, 3.0)] {
         let mut soup = PolygonSoup::new();
-        let vertex = |soup: &mut PolygonSoup, p: [f64; 3]| {
-            soup.push_vertex(p);
-            soup.vertex_count() as u32 - 1
-        };
         let quad = |soup: &mut PolygonSoup, corners: [[f64; 3]; 4]| {
-            let [a, b, c, d] = corners.map(|p| vertex(soup, p));
-            soup.push_face(&[a, b, c]).unwrap();
-            soup.push_face(&[a, c, d]).unwrap();
+            let [a, b, c, d] = corners.map(DVec3::from);
+            [[a, b, c], [a, c, d]].into_iter().for_each(|half| push(soup, half));
         };
         let place = |x: i32, y: i32| [f64::from(x), f64::from(y), -bend * f64::from(y.abs())];
         for (x, y) in (0..width).flat_map(|x| (-2..2).map(move |y| (x, y))) {
@@ -205,6 +202,27 @@ fn a_floor_stays_whole_under_a_wall() {
         assert_eq!((found.components, found.boundary_loops), (2, 2), "{width} {bend}");
         assert_eq!(floor_rim(&built, floor), 2 * width as usize + 8);
     }
+}
+
+/// A book: pages around one edge, which face either way. The time grows with the pages, not with their square.
+#[test]
+fn pages_around_one_edge_come_apart() {
+    let mut positions = vec![DVec3::ZERO, DVec3::Z];
+    let mut triangles = Vec::new();
+    let mut random = SplitMix64::new(1);
+    for page in 0..20_000_u32 {
+        let (y, x) = (f64::from(page) * 1e-4).sin_cos();
+        positions.push(DVec3::new(x, y, 0.5));
+        let [a, b] = if random.uniform() < 0.5 { [0, 1] } else { [1, 0] };
+        triangles.push([a, b, page + 2]);
+    }
+    let back = triangles.iter().filter(|triangle| triangle[0] == 1).count();
+    cut_non_manifold(&positions, &mut triangles).unwrap();
+    let mut edges: Vec<[u32; 2]> =
+        triangles.iter().map(|&[a, b, _]| [a.min(b), a.max(b)]).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    assert_eq!(edges.len(), back.max(20_000 - back));
 }
 
 /// The open edges of the faces whose source is below a number.
@@ -238,13 +256,9 @@ proptest! {
             for square in 0..squares {
                 let [p, q] = [square, square + 1].map(|k| a + f64::from(k) * along);
                 let rise = DVec3::from(rise) + DVec3::splat(0.003);
-                let corners = [p, q, q + rise, p + rise].map(|p| {
-                    soup.push_vertex(p);
-                    soup.vertex_count() as u32 - 1
-                });
-                let [a, b, c, d] = corners;
+                let [a, b, c, d] = [p, q, q + rise, p + rise];
                 let halves = if is_reversed { [[a, c, b], [a, d, c]] } else { [[a, b, c], [a, c, d]] };
-                halves.iter().for_each(|half| soup.push_face(half).unwrap());
+                halves.into_iter().for_each(|half| push(&mut soup, half));
             }
         }
         let mut repair = Repair::strict();

@@ -2,7 +2,8 @@
 //!
 //! The corners at a vertex are linked through the edges along which exactly two faces meet, in
 //! opposite directions, and through [the faces that belong together](crate::build::touching) at
-//! edges of more than two faces, [as far as they go up in pairs](crate::build::fins); a maximal chain of linked corners is a *fan*. Every fan beyond
+//! edges of more than two faces, [as far as they go up in pairs](crate::build::fins); a maximal
+//! chain of linked corners is a *fan*. Every fan beyond
 //! the first at a vertex gets its own copy of the vertex, which also cuts the surface along all other
 //! edges of several faces.
 //!

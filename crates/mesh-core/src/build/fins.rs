@@ -13,6 +13,9 @@ use crate::build::edges::{EdgeTable, edge_ends, previous, proper_pair, same_dire
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::pairing::side_ends;
 
+/// At edges of more faces, bends do not count: comparing each face with each would take too long.
+const MOST_COMPARED: usize = 32;
+
 /// The parts of a surface, joined along edges of two faces.
 pub(crate) struct Parts {
     of: DisjointSets,
@@ -37,7 +40,7 @@ impl Parts {
             is_open[of.find(edge[0] / 3) as usize] = true;
         }
         let mut bends: BTreeMap<_, [f64; 2]> = BTreeMap::new();
-        for edge in edges.iter().filter(|edge| edge.len() > 2) {
+        for edge in edges.iter().filter(|edge| (3..=MOST_COMPARED).contains(&edge.len())) {
             let [from, to] = edge_ends(triangles, edge[0]);
             let length = position(from).distance(position(to));
             let (more, fewer) = by_direction(triangles, edge);
@@ -66,12 +69,15 @@ impl Parts {
     /// The sides without those that find no partner.
     fn without_fins(&mut self, triangles: &[[u32; 3]], sides: &[u32]) -> Vec<u32> {
         let (more, mut kept) = by_direction(triangles, sides);
+        let mut parts: Vec<u32> = kept.iter().map(|&side| self.of.find(side / 3)).collect();
+        parts.sort_unstable();
+        let compared = if sides.len() <= MOST_COMPARED { kept.clone() } else { Vec::new() };
         let mut ranked: Vec<(bool, bool, f64, u32)> = more
             .iter()
             .map(|&side| {
                 let part = self.of.find(side / 3);
-                let goes_on = kept.iter().any(|&other| self.of.find(other / 3) == part);
-                let bends = kept.iter().map(|&other| {
+                let goes_on = parts.binary_search(&part).is_ok();
+                let bends = compared.iter().map(|&other| {
                     let found = self.bends.get(&parts_of(&mut self.of, side, other));
                     let [sum, length] = found.copied().unwrap_or_default();
                     sum / length
