@@ -27,7 +27,7 @@ pub(crate) fn is_flattened(corners: &[DVec3]) -> bool {
     has_area(|p| p) && !has_area(|p| p.as_vec3().as_dvec3())
 }
 
-/// The loss of the area of so many faces.
+/// Names the faces that lose their area, if there are any.
 pub(crate) fn flattened(count: u64, format: Format) -> Option<Lost> {
     let others = if format == Format::Stl { "PLY, OBJ or OFF" } else { "double precision" };
     let why = format!(
