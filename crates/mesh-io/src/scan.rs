@@ -2,7 +2,8 @@
 
 use crate::Format;
 use crate::budget::Budget;
-use crate::error::{Location, ReadError, ReadErrorKind};
+use crate::error::{ReadError, ReadErrorKind};
+use crate::external::Files;
 use crate::input::Input;
 use crate::item::{Item, Visit};
 use crate::lost::Lost;
@@ -25,8 +26,8 @@ pub struct Scanned {
     pub is_whole: bool,
 }
 
-/// Reads the vertices and faces of a PLY, STL or OBJ file one by one, in memory that does not depend on the size of the
-/// file. All other content is skipped, and named in the notes.
+/// Reads the vertices and faces of a file one by one, in memory that does not depend on the size of the file. All other
+/// content is skipped, and named in the notes. The bytes of a glTF file are read as a whole, since their order is free.
 ///
 /// ```no_run
 /// use core::ops::ControlFlow;
@@ -41,8 +42,7 @@ pub struct Scanned {
 /// ```
 ///
 /// # Errors
-/// As [`read_with`](crate::read_with), and [`ReadErrorKind::Unsupported`] for formats that cannot be read as a stream:
-/// OFF, glTF and GLB.
+/// As [`read_with`](crate::read_with), and [`ReadErrorKind::Unsupported`] for OFF files that are binary and little-endian.
 pub fn scan(
     path: impl AsRef<Path>,
     options: &ReadOptions,
@@ -89,11 +89,14 @@ fn scan_stream(
         Format::Obj => crate::obj::scan(&mut input, counted, &mut notes),
         #[cfg(not(feature = "obj"))]
         Format::Obj => Err(ReadErrorKind::FormatDisabled(format)),
-        Format::Off | Format::Gltf | Format::Glb => Err(ReadErrorKind::Unsupported {
-            at: Location::Byte(0),
-            what: format!("reading {format} as a stream"),
-            cure: "convert the file to PLY where there is memory for it",
-        }),
+        Format::Off => crate::off::scan(&mut input, counted, &mut notes),
+        #[cfg(feature = "gltf")]
+        Format::Gltf | Format::Glb => {
+            let files = Files { folder: options.folder.as_deref(), external: options.external };
+            crate::gltf::scan(&mut input, &files, counted, &mut notes)
+        }
+        #[cfg(not(feature = "gltf"))]
+        Format::Gltf | Format::Glb => Err(ReadErrorKind::FormatDisabled(format)),
     }?;
     if items == 0 && !options.allow_empty {
         return Err(ReadErrorKind::Empty { notes: notes.finish().0 }.into());

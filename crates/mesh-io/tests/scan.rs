@@ -65,7 +65,7 @@ fn files() -> Vec<(String, Vec<u8>)> {
     model.vertex_colors = Some(vec![[0.5, 0.25, 1.0, 1.0]; model.soup.vertex_count()]);
     let encodings = [Encoding::Text, Encoding::LittleEndian, Encoding::BigEndian];
     let mut files = Vec::new();
-    for format in [Format::Ply, Format::Stl, Format::Obj] {
+    for format in [Format::Ply, Format::Stl, Format::Obj, Format::Off, Format::Gltf, Format::Glb] {
         for encoding in encodings {
             let options = WriteOptions { encoding, ..WriteOptions::default() };
             let mut bytes = Vec::new();
@@ -74,7 +74,7 @@ fn files() -> Vec<(String, Vec<u8>)> {
             }
         }
     }
-    assert_eq!(files.len(), 6);
+    assert_eq!(files.len(), 10);
     files
 }
 
@@ -161,7 +161,33 @@ fn whatever_is_in_a_file_both_agree_or_the_scan_says_why() {
 
 #[test]
 fn formats_that_cannot_be_scanned_say_so() {
-    let off = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-    let error = scanned(off).unwrap_err();
+    let mut off = b"OFF BINARY\n".to_vec();
+    for word in [3_u32, 1, 0] {
+        off.extend(word.to_le_bytes());
+    }
+    for number in [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+        off.extend(number.to_le_bytes());
+    }
+    for word in [3_u32, 0, 1, 2, 0] {
+        off.extend(word.to_le_bytes());
+    }
+    assert_eq!(read_from(&mut &*off, &known(&off)).unwrap().soup.face_count(), 1);
+    let error = scanned(&off).unwrap_err();
     assert!(matches!(error.kind, ReadErrorKind::Unsupported { .. }), "{error}");
+}
+
+/// What a scan leaves out is named.
+#[test]
+fn a_scan_names_what_it_leaves_out() {
+    let off =
+        b"COFF\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 0 0 255 255\n3 0 1 2 9 9 9\n";
+    let done = scan_from(&mut &off[..], &known(off), &mut |_| ControlFlow::Continue(())).unwrap();
+    let lost: Vec<&str> = done.lost.iter().map(|lost| lost.what.as_str()).collect();
+    assert_eq!(lost, ["vertex colours", "face colours"]);
+    for (name, bytes) in files() {
+        let done = scan_from(&mut &*bytes, &known(&bytes), &mut |_| ControlFlow::Continue(()));
+        let lost = done.unwrap().lost.iter().any(|lost| lost.what.contains("colour"));
+        // PLY names the properties.
+        assert!(lost || name.contains("ply") || name.contains("stl"), "{name}");
+    }
 }

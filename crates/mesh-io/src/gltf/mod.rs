@@ -17,10 +17,12 @@ pub(crate) mod material;
 pub(crate) mod parts;
 pub(crate) mod plan;
 pub(crate) mod read;
+mod scan;
 pub(crate) mod scene;
 pub(crate) mod schema;
 mod wedges;
 pub(crate) mod write;
 
 pub(crate) use read::read;
+pub(crate) use scan::scan;
 pub(crate) use write::{Levels, write_binary, write_json};

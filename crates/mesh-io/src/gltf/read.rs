@@ -5,7 +5,7 @@ use super::compressed;
 use super::container::{self, Container};
 use super::plan::{FAN, MeshPlan, Part, Plan, STRIP, UNDRACO, VertexSet, path_of};
 use super::scene::{Placed, each_placed, transforms};
-use super::schema::{LARGEST, Mesh, Node, Root, TextureTransform};
+use super::schema::{LARGEST, Mesh, Node, Primitive, Root, TextureTransform};
 use super::{lost, material};
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
@@ -20,15 +20,39 @@ use mesh_core::{PolygonSoup, as_u32};
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
     let mut notes = Notes::default();
+    let document = load(input, files, &mut notes)?;
+    read_document(&document, notes, input)
+}
+
+/// The document and the bytes of its buffers.
+pub(super) fn load(
+    input: &mut Input<'_>,
+    files: &Files<'_>,
+    notes: &mut Notes,
+) -> Result<Document, ReadErrorKind> {
     let container = container::read(input)?;
-    container.note(&mut notes);
+    container.note(notes);
     let Container { json, binary, .. } = container;
     input.spend(document_bytes(&json), || at("the document"))?;
     let root = parse(&json)?;
     drop(json);
     check_extensions(&root)?;
     let buffers = container::buffers(&root, binary, files, input)?;
-    read_root(root, buffers, notes, input)
+    unpacked(root, buffers, input)
+}
+
+/// The document with its compressed accessors unpacked.
+fn unpacked(
+    root: Root,
+    buffers: Vec<Bytes>,
+    input: &mut Input<'_>,
+) -> Result<Document, ReadErrorKind> {
+    #[cfg_attr(not(feature = "draco"), expect(unused_mut, reason = "only that feature changes it"))]
+    let mut document = Document { root, buffers };
+    compressed::spend(&document.root, &document.buffers, input)?;
+    #[cfg(feature = "draco")]
+    super::draco::fill(&mut document, Some(input))?;
+    Ok(document)
 }
 
 /// The memory of the document of a JSON text. Its lists grow, and its strings are copied from the text.
@@ -46,24 +70,29 @@ pub(crate) fn parse(json: &[u8]) -> Result<Root, ReadErrorKind> {
 }
 
 /// The model of a document with the bytes of its buffers.
+#[cfg(feature = "gltf-crate")]
 pub(super) fn read_root(
     root: Root,
     buffers: Vec<Bytes>,
-    mut notes: Notes,
+    notes: Notes,
     input: &mut Input<'_>,
 ) -> Result<Model, ReadErrorKind> {
     check_extensions(&root)?;
-    #[cfg_attr(not(feature = "draco"), expect(unused_mut, reason = "only that feature changes it"))]
-    let mut document = Document { root, buffers };
-    compressed::spend(&document.root, &document.buffers, input)?;
-    #[cfg(feature = "draco")]
-    super::draco::fill(&mut document, Some(input))?;
+    let document = unpacked(root, buffers, input)?;
+    read_document(&document, notes, input)
+}
+
+fn read_document(
+    document: &Document,
+    mut notes: Notes,
+    input: &mut Input<'_>,
+) -> Result<Model, ReadErrorKind> {
     let mut model = Model::default();
-    let textures = material::read(&document, &mut model, &mut notes, input)?;
-    let plan = Plan::of(&document, &textures, &mut notes)?;
+    let textures = material::read(document, &mut model, &mut notes, input)?;
+    let plan = Plan::of(document, &textures, &mut notes)?;
     input.spend(plan.bytes(), || at("the scene"))?;
     lost::note(&document.root, &mut notes);
-    let mut reader = Reader::new(&document, &plan, model)?;
+    let mut reader = Reader::new(document, &plan, model)?;
     each_placed(&document.root, |placed| reader.place(placed))?;
     let mut model = reader.finish();
     notes.store(&mut model);
@@ -243,14 +272,7 @@ impl<'d> Reader<'d> {
     ) -> Result<(), ReadErrorKind> {
         let Some(primitive) = instance.mesh.primitives.get(part.primitive) else { return Ok(()) };
         let count = instance.plan.sets.get(part.set).map_or(0, |set| set.count);
-        let path = format!("{path}.indices");
-        let indices = match primitive.indices {
-            Some(index) => self.document.indices(index, &path)?,
-            None => (0..as_u32(count)).collect(),
-        };
-        if let Some(&index) = indices.iter().find(|&&index| index as usize >= count) {
-            return Err(no_such(&path, "vertices", index, count));
-        }
+        let indices = vertex_indices(self.document, primitive, count, path)?;
         let uvs = part.uvs.as_ref().and_then(|(place, transform)| {
             Some((instance.uvs.get(*place)?.as_slice(), UvTransform::new(transform)))
         });
@@ -270,7 +292,7 @@ impl<'d> Reader<'d> {
             face_materials,
             ..
         } = &mut self.model;
-        let mut push = |mut triangle: [u32; 3]| -> Result<(), TooManyCorners> {
+        each_triangle(primitive.mode, &indices, |mut triangle| {
             if mirrored {
                 triangle.swap(1, 2);
             }
@@ -300,21 +322,7 @@ impl<'d> Reader<'d> {
                 all.push(material);
             }
             Ok(())
-        };
-        match primitive.mode {
-            STRIP => {
-                for (place, &[a, b, c]) in indices.array_windows::<3>().enumerate() {
-                    push(if place % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
-                }
-            }
-            FAN => {
-                for pair in indices.get(1..).unwrap_or_default().array_windows::<2>() {
-                    push([indices[0], pair[0], pair[1]])?;
-                }
-            }
-            _ => indices.as_chunks::<3>().0.iter().try_for_each(|&triangle| push(triangle))?,
-        }
-        Ok(())
+        })
     }
 
     fn finish(mut self) -> Model {
@@ -326,6 +334,46 @@ impl<'d> Reader<'d> {
         }
         self.model
     }
+}
+
+/// The vertices of a primitive, in the order in which its triangles use them.
+pub(super) fn vertex_indices(
+    document: &Document,
+    primitive: &Primitive,
+    count: usize,
+    path: &str,
+) -> Result<Vec<u32>, ReadErrorKind> {
+    let path = format!("{path}.indices");
+    let indices = match primitive.indices {
+        Some(index) => document.indices(index, &path)?,
+        None => (0..as_u32(count)).collect(),
+    };
+    match indices.iter().find(|&&index| index as usize >= count) {
+        Some(&index) => Err(no_such(&path, "vertices", index, count)),
+        None => Ok(indices),
+    }
+}
+
+/// The triangles of a primitive: a list, a strip or a fan.
+pub(super) fn each_triangle(
+    mode: u32,
+    indices: &[u32],
+    mut put: impl FnMut([u32; 3]) -> Result<(), ReadErrorKind>,
+) -> Result<(), ReadErrorKind> {
+    match mode {
+        STRIP => {
+            for (place, &[a, b, c]) in indices.array_windows::<3>().enumerate() {
+                put(if place % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
+            }
+        }
+        FAN => {
+            for pair in indices.get(1..).unwrap_or_default().array_windows::<2>() {
+                put([indices[0], pair[0], pair[1]])?;
+            }
+        }
+        _ => indices.as_chunks::<3>().0.iter().try_for_each(|&triangle| put(triangle))?,
+    }
+    Ok(())
 }
 
 /// A mesh with the transform of a node.

@@ -5,12 +5,14 @@ use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::format::off_word;
 use crate::input::{Input, Line, integer, number};
-use crate::lost::Lost;
+use crate::item::{Item, Visit, stopped};
+use crate::lost::{Lost, STREAMED};
 use crate::notes::Notes;
 use crate::scalars::Scalars;
 use crate::text::quote;
 use glam::DVec3;
 use mesh_core::PolygonSoup;
+use std::ops::ControlFlow;
 
 /// The note for indices into a colour map.
 const IN_COLOR_MAP: &str =
@@ -83,32 +85,46 @@ impl Header {
 }
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
-    let mut reader = Reader {
-        input,
-        header: Header::default(),
-        model: Model::default(),
-        uvs: vec![],
-        small_faces: 0,
-        vertex_places: vec![],
-        surplus: false,
-        notes: Notes::default(),
-        little_endian: false,
-    };
-    let counts = reader.header()?;
-    if reader.header.binary {
-        reader.binary()?;
-    } else {
-        reader.text(counts)?;
-    }
-    if reader.input.has_more(!reader.header.binary)? {
-        let what = "content after the last OFF face";
-        reader.notes.lose(Lost::new(what, "the counts do not announce it"));
-    }
+    let mut reader = Reader::new(input, None);
+    reader.read()?;
     Ok(reader.finish())
 }
 
-struct Reader<'i, 'a> {
+/// Reads vertices and faces one by one. Binary files have to be big-endian, as the format requires.
+pub(crate) fn scan(
+    input: &mut Input<'_>,
+    visit: &mut Visit<'_>,
+    notes: &mut Notes,
+) -> Result<ControlFlow<()>, ReadErrorKind> {
+    let mut flow = ControlFlow::Continue(());
+    let visit = &mut |item: Item<'_>| {
+        flow = visit(item);
+        flow
+    };
+    let mut reader = Reader::new(input, Some(visit));
+    let read = reader.read();
+    let Header { normal, color, uv, .. } = reader.header;
+    let has_face_colors = reader.has_face_colors;
+    *notes = reader.finish_notes();
+    for (is_lost, what) in [
+        (normal, "vertex normals"),
+        (color, "vertex colours"),
+        (uv, "texture coordinates"),
+        (has_face_colors, "face colours"),
+    ] {
+        if is_lost {
+            notes.lose(Lost::new(what, STREAMED));
+        }
+    }
+    if flow.is_break() { Ok(flow) } else { read.map(|()| flow) }
+}
+
+struct Reader<'i, 'a, 'v> {
     input: &'i mut Input<'a>,
+    /// The receiver of vertices and faces in a scan. They are not kept then.
+    visit: Option<&'i mut Visit<'v>>,
+    /// Whether a face of a scan has a colour.
+    has_face_colors: bool,
     header: Header,
     model: Model,
     uvs: Vec<[f32; 2]>,
@@ -123,7 +139,48 @@ struct Reader<'i, 'a> {
     little_endian: bool,
 }
 
-impl Reader<'_, '_> {
+impl<'i, 'a, 'v> Reader<'i, 'a, 'v> {
+    fn new(input: &'i mut Input<'a>, visit: Option<&'i mut Visit<'v>>) -> Self {
+        Self {
+            input,
+            visit,
+            has_face_colors: false,
+            header: Header::default(),
+            model: Model::default(),
+            uvs: vec![],
+            small_faces: 0,
+            vertex_places: vec![],
+            surplus: false,
+            notes: Notes::default(),
+            little_endian: false,
+        }
+    }
+
+    fn read(&mut self) -> Result<(), ReadErrorKind> {
+        let counts = self.header()?;
+        if self.header.binary {
+            self.binary()?;
+        } else {
+            self.text(counts)?;
+        }
+        if self.input.has_more(!self.header.binary)? {
+            let what = "content after the last OFF face";
+            self.notes.lose(Lost::new(what, "the counts do not announce it"));
+        }
+        Ok(())
+    }
+
+    /// Counts the memory of the vertex that was read; in a scan, passes it on instead.
+    fn done_vertex(&mut self, at: &Location) -> Result<(), ReadErrorKind> {
+        let Some(visit) = &mut self.visit else { return self.input.spend(VERTEX, || at.clone()) };
+        let position = self.model.soup.positions_mut().pop().unwrap_or_default();
+        self.model.vertex_normals = None;
+        self.model.vertex_colors = None;
+        self.vertex_places.clear();
+        self.uvs.clear();
+        if visit(Item::Vertex(position)).is_break() { Err(stopped()) } else { Ok(()) }
+    }
+
     /// Reads up to the counts, whose position differs in binary files.
     fn header(&mut self) -> Result<[u32; 2], ReadErrorKind> {
         let line = self.input.data_line("OFF or the numbers of vertices and faces")?;
@@ -176,17 +233,19 @@ impl Reader<'_, '_> {
         for _ in 0..vertices {
             numbers.line(self.input, self.header.without_color(), "the numbers of a vertex")?;
             self.vertex(&numbers)?;
-            self.input.spend(VERTEX, || numbers.at.clone())?;
+            self.done_vertex(&numbers.at)?;
             let uv = if self.header.uv { 2 } else { 0 };
             let color = self.header.without_color() - uv..numbers.values.len() - uv;
             fractions |= numbers.dotted[color].contains(&true);
         }
         let face_room = face_room?;
-        let at = Location::Line(self.input.line_number());
-        self.input.require((face_room as u64).saturating_mul(16), || at)?;
-        let positions = std::mem::take(self.model.soup.positions_mut());
-        self.model.soup = PolygonSoup::with_capacity(0, face_room, 3 * face_room);
-        *self.model.soup.positions_mut() = positions;
+        if self.visit.is_none() {
+            let at = Location::Line(self.input.line_number());
+            self.input.require((face_room as u64).saturating_mul(16), || at)?;
+            let positions = std::mem::take(self.model.soup.positions_mut());
+            self.model.soup = PolygonSoup::with_capacity(0, face_room, 3 * face_room);
+            *self.model.soup.positions_mut() = positions;
+        }
         self.faces_text(faces, vertices)?;
         if let Some(colors) = &mut self.model.vertex_colors {
             to_unit_range(colors, fractions);
@@ -255,6 +314,9 @@ impl Reader<'_, '_> {
     }
 
     fn reserve_vertices(&mut self, room: usize) -> Result<(), ReadErrorKind> {
+        if self.visit.is_some() {
+            return Ok(());
+        }
         self.input.require((room as u64).saturating_mul(24), || self.input.here())?;
         self.model.soup = PolygonSoup::with_capacity(room, 0, 0);
         Ok(())
@@ -302,17 +364,20 @@ impl Reader<'_, '_> {
             numbers.more(self.input, 1 + corners as usize, "the corners of a face")?;
             let (face, color) = numbers.values[1..].split_at(corners as usize);
             fractions |= numbers.dotted[1 + face.len()..].contains(&true);
-            self.push_face(face, vertices, &numbers.at)?;
-            if face.len() >= 3 {
-                colors.push(color);
-            }
-            self.input.spend(face_cost(face.len()), || numbers.at.clone())?;
+            self.push_face((face, color), vertices, &mut colors, &numbers.at)?;
         }
         self.take_face_colors(colors, fractions);
         Ok(())
     }
 
-    fn push_face(&mut self, face: &[f64], limit: u32, at: &Location) -> Result<(), ReadErrorKind> {
+    /// Keeps a face and its colour; in a scan, passes the face on.
+    fn push_face(
+        &mut self,
+        (face, color): (&[f64], &[f64]),
+        limit: u32,
+        colors: &mut FaceColors,
+        at: &Location,
+    ) -> Result<(), ReadErrorKind> {
         let face: Result<Vec<u32>, _> = face
             .iter()
             .map(|&v| whole(v, limit, at, &format!("vertex indices from 0 to below {limit}")))
@@ -322,7 +387,15 @@ impl Reader<'_, '_> {
             self.small_faces += 1;
             return Ok(());
         }
-        Ok(self.model.soup.push_face(&face)?)
+        if let Some(visit) = &mut self.visit {
+            self.has_face_colors |= !color.is_empty();
+            let face: Vec<u64> = face.into_iter().map(u64::from).collect();
+            return if visit(Item::Face(&face)).is_break() { Err(stopped()) } else { Ok(()) };
+        }
+        self.input.spend(face_cost(face.len()), || at.clone())?;
+        self.model.soup.push_face(&face)?;
+        colors.push(color);
+        Ok(())
     }
 
     fn binary(&mut self) -> Result<(), ReadErrorKind> {
@@ -346,6 +419,13 @@ impl Reader<'_, '_> {
         if !self.header.dimension {
             self.little_endian = self.counts_are_little_endian(counts, 4 * width as u64);
         }
+        if self.little_endian && self.visit.is_some() {
+            return Err(ReadErrorKind::Unsupported {
+                at,
+                what: "reading little-endian binary OFF as a stream".into(),
+                cure: "convert the file to PLY where there is memory for it",
+            });
+        }
         let (words, _) = counts.as_chunks::<4>();
         let [vertices, faces] = [words[0], words[1]].map(|bytes| self.whole(bytes));
         let room = self.input.plausible(u64::from(vertices), 4 * width as u64, at, "vertices")?;
@@ -358,7 +438,7 @@ impl Reader<'_, '_> {
                 numbers.values.push(f64::from(self.float("a vertex")?));
             }
             self.vertex(&numbers)?;
-            self.input.spend(VERTEX, || numbers.at.clone())?;
+            self.done_vertex(&numbers.at)?;
         }
         self.faces_binary(faces, vertices)
     }
@@ -401,11 +481,7 @@ impl Reader<'_, '_> {
             for _ in 0..components {
                 color.push(f64::from(self.float("a colour")?));
             }
-            self.push_face(&face, vertices, &at)?;
-            if face.len() >= 3 {
-                colors.push(&color);
-            }
-            self.input.spend(face_cost(face.len()), || at)?;
+            self.push_face((&face, &color), vertices, &mut colors, &at)?;
         }
         self.take_face_colors(colors, true);
         Ok(())
@@ -455,15 +531,20 @@ impl Reader<'_, '_> {
         if self.little_endian { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) }
     }
 
+    fn finish_notes(mut self) -> Notes {
+        let why = "a face needs three";
+        self.notes.lose_some("faces of fewer than three corners", self.small_faces, why);
+        self.notes
+    }
+
     fn finish(mut self) -> Model {
         if self.header.uv {
             let uv = |&vertex: &u32| self.uvs.get(vertex as usize).copied().unwrap_or_default();
             self.model.corner_uvs = Some(self.model.soup.corners().iter().map(uv).collect());
         }
-        let why = "a face needs three";
-        self.notes.lose_some("faces of fewer than three corners", self.small_faces, why);
-        self.notes.store(&mut self.model);
-        self.model
+        let mut model = std::mem::take(&mut self.model);
+        self.finish_notes().store(&mut model);
+        model
     }
 }
 

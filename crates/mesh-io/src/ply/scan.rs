@@ -6,7 +6,7 @@ use super::read::vertex_index;
 use super::records::{each_record, note_more};
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
-use crate::item::{Item, Visit};
+use crate::item::{Item, Visit, stopped};
 use crate::lost::{Lost, STREAMED};
 use crate::notes::Notes;
 use crate::text::quote;
@@ -56,11 +56,6 @@ pub(crate) fn scan(
     }
     note_more(input, header.storage, notes)?;
     Ok(flow)
-}
-
-/// The error that ends the reading of records early; never visible outside.
-fn stopped() -> ReadErrorKind {
-    ReadErrorKind::Io(std::io::ErrorKind::Interrupted.into())
 }
 
 struct Scan<'s, 'i, 'a> {
