@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::args::is_standard;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::is_asked_to_end;
@@ -504,7 +505,7 @@ fn table_text(rows: &[[String; 4]], summary: &Summary) -> String {
         text.push('\n');
     }
     let Summary { files, done, passed_over, failed, left, seconds, .. } = summary;
-    text += &format!("{files} files in {seconds:.2} s: {done} done");
+    text += &format!("{} in {seconds:.2} s: {done} done", counted(*files, "files"));
     for (count, what) in [(passed_over, "passed over"), (failed, "failed"), (left, "left")] {
         if *count > 0 {
             text += &format!(", {count} {what}");

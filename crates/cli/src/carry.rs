@@ -5,6 +5,7 @@ use mesh_work::{AttributeRules, Attributes, Loaded};
 
 use crate::args::{parse_angle, parse_not_negative};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 
 /// The options of [`Carry`] that have no effect without attributes.
@@ -59,7 +60,10 @@ impl Carry {
             console.message("every face has a normal of its own: normals are left out");
         }
         if attributes.seam_count() > 0 {
-            console.message(format_args!("{} edges are seams or creases", attributes.seam_count()));
+            console.message(format_args!(
+                "seams and creases: {}",
+                counted(attributes.seam_count(), "edges")
+            ));
         }
         Ok(attributes)
     }

@@ -15,6 +15,7 @@ mod carry;
 mod colormap;
 mod commands;
 mod console;
+mod counted;
 mod failure;
 mod given;
 mod interrupt;

@@ -7,6 +7,7 @@ use mesh_io::Scene;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::counted::counted;
 use crate::text::printable;
 
 /// The nodes and the other parts of a scene.
@@ -85,14 +86,15 @@ const DEEPEST: usize = 20;
 impl fmt::Display for SceneTree {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let parts: Vec<String> =
-            self.parts.iter().map(|(name, count)| format!("{count} {name}")).collect();
-        write!(f, "  scene        {} nodes, {}", self.nodes.len(), parts.join(", "))?;
+            self.parts.iter().map(|(name, &count)| counted(count, name)).collect();
+        let nodes = counted(self.nodes.len(), "nodes");
+        write!(f, "  scene        {nodes}, {}", parts.join(", "))?;
         for Node { node, name, depth, mesh, has } in self.nodes.iter().take(MOST_LINES) {
             let name = name.as_ref().map_or_else(|| format!("node {node}"), printable);
             write!(f, "\n    {:indent$}{name}", "", indent = 2 * depth.min(&DEEPEST))?;
             if let Some(Mesh { mesh, name, faces }) = mesh {
                 let name = name.as_ref().map_or_else(|| mesh.to_string(), printable);
-                write!(f, ": mesh {name}, {faces} faces")?;
+                write!(f, ": mesh {name}, {}", counted(*faces, "faces"))?;
             }
             if !has.is_empty() {
                 write!(f, " ({})", has.join(", "))?;

@@ -18,6 +18,7 @@ use crate::args::{
     parse_angle, parse_count, parse_narrow_angle, parse_not_negative, parse_seconds,
 };
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt;
@@ -442,11 +443,11 @@ fn parse_components(text: &str) -> Result<Components, String> {
 /// Says which target was not reached, and the options that hold the mesh.
 pub(crate) fn tell_shortfall(shortfall: &Shortfall, topology: &Topology, console: &Console) {
     let wanted = match (shortfall.wanted_faces, shortfall.wanted_vertices) {
-        (Some(faces), _) => format!("{faces} faces"),
-        (None, vertices) => format!("{} vertices", vertices.unwrap_or_default()),
+        (Some(faces), _) => counted(faces, "faces"),
+        (None, vertices) => counted(vertices.unwrap_or_default(), "vertices"),
     };
     let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
-        cause(rejection).map(|cause| format!("{cause}: {count} collapses rejected"))
+        cause(rejection).map(|cause| format!("{cause}: {} rejected", counted(count, "collapses")))
     });
     let reasons: Vec<String> = reasons.collect();
     let reasons = if reasons.is_empty() {
@@ -455,8 +456,8 @@ pub(crate) fn tell_shortfall(shortfall: &Shortfall, topology: &Topology, console
         format!("{}; relax them for fewer faces", reasons.join("; "))
     };
     console.message(format_args!(
-        "the target of {wanted} was not reached: {} faces are left ({reasons})",
-        topology.face_count()
+        "the target of {wanted} was not reached, {} left ({reasons})",
+        counted(topology.face_count(), "faces")
     ));
 }
 
@@ -478,7 +479,8 @@ pub(crate) fn tell_kept(
     console: &Console,
 ) {
     if let Some(name) = &constraints.keep {
-        console.message(format_args!("{name} keeps {vertices} vertices and {faces} faces"));
+        let [vertices, faces] = [counted(vertices, "vertices"), counted(faces, "faces")];
+        console.message(format_args!("{name} keeps {vertices} and {faces}"));
     }
 }
 

@@ -11,6 +11,7 @@ use mesh_io::{Format, ReadOptions};
 use mesh_work::{Loaded, splits_vertices};
 use serde::Serialize;
 
+use crate::counted::counted;
 use crate::failure::Failure;
 
 /// Holes listed one by one; further ones are only counted.
@@ -120,12 +121,13 @@ impl fmt::Display for Written {
                 (self.inconsistent_edges, "edges whose faces have opposite orientations"),
             ];
             let counts = counts.iter().filter(|(count, _)| *count > 0);
-            let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
+            let counts: Vec<String> = counts.map(|&(count, what)| counted(count, what)).collect();
             let counts = if counts.is_empty() { "no faces".to_owned() } else { counts.join(", ") };
             write!(f, "\n  watertight: no ({counts})")?;
         }
         for Hole { edges, at: [x, y, z], why } in &self.holes {
-            write!(f, "\n  hole of {edges} edges at ({x}, {y}, {z}): {why}")?;
+            let edges = counted(*edges, "edges");
+            write!(f, "\n  hole of {edges} at ({x}, {y}, {z}): {why}")?;
         }
         if self.boundary_loops > self.holes.len() && self.holes.len() == LISTED {
             write!(f, "\n  ... {} more holes", self.boundary_loops - LISTED)?;

@@ -19,6 +19,7 @@ use serde::Serialize;
 use crate::args::{AreaName, parse_angle, parse_count, parse_seconds};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::{self, Interruption, KEEP_PARTIAL};
@@ -336,7 +337,8 @@ fn summary(report: &Report<Results>) -> String {
     let Results { cost, cost_before, cost_after, flips, stop, .. } = &report.results;
     let (file, seconds) = (report.subject(), report.seconds.compute);
     format!(
-        "{file}: {cost} {cost_before:.6} -> {cost_after:.6} with {flips} flips in {seconds:.3} s ({stop})"
+        "{file}: {cost} {cost_before:.6} -> {cost_after:.6} with {} in {seconds:.3} s ({stop})",
+        counted(*flips, "flips")
     )
 }
 

@@ -14,6 +14,7 @@ use serde::Serialize;
 use crate::args::is_standard;
 use crate::batch::run_on;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::load::{Loading, Made, Seconds, assemble};
 use crate::scene_tree::SceneTree;
@@ -219,8 +220,9 @@ impl fmt::Display for Report<Results> {
         writeln!(f, "  edges        {}", found.edges)?;
         writeln!(
             f,
-            "  boundary     {} edges in {} loops",
-            found.boundary_edges, found.boundary_loops
+            "  boundary     {} in {}",
+            counted(found.boundary_edges, "edges"),
+            counted(found.boundary_loops, "loops")
         )?;
         writeln!(
             f,
@@ -238,7 +240,7 @@ impl fmt::Display for Report<Results> {
         )?;
         for (count, what) in found.defects() {
             if count > 0 {
-                writeln!(f, "  defect       {count} {what}")?;
+                writeln!(f, "  defect       {}", counted(count, what))?;
             }
         }
         if let (Some(min), Some(max)) = (found.bbox_min, found.bbox_max) {
@@ -263,18 +265,21 @@ impl Results {
         [
             (
                 self.seam_edges.unwrap_or(0),
-                "boundary edges that lie on others; most commands join them (--weld seams)",
+                "boundary edges on other boundary edges; most commands join them (--weld seams)",
             ),
             (self.non_manifold_edges, "edges of more than two faces (--cut-non-manifold)"),
             (self.non_manifold_vertices, "pinched vertices (--cut-non-manifold)"),
             (self.inconsistent_edges, "edges whose faces have opposite orientations (--reorient)"),
             (self.inside_out.unwrap_or(0), "inside-out components (--reorient)"),
             (self.duplicate_faces, "duplicate faces (--drop-duplicates)"),
-            (self.repeated_vertex_faces, "faces that use a vertex twice (--drop-degenerate)"),
+            (self.repeated_vertex_faces, "faces with a repeated vertex (--drop-degenerate)"),
             (self.zero_area_faces, "faces of zero area"),
             (self.sliver_faces, "slivers, a thousand times longer than high"),
             (self.unreferenced_vertices, "vertices that no face uses (--drop-unreferenced)"),
-            (self.non_finite_vertices, "vertices at infinite or undefined positions"),
+            (
+                self.non_finite_vertices,
+                "vertices at infinite or undefined positions; most commands drop them (--drop-not-finite)",
+            ),
         ]
     }
 }

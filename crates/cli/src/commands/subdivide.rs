@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::batch::{Job, check_output};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::load::Seconds;
 use crate::session::{Outcome, Session};
@@ -89,8 +90,8 @@ fn one(options: &Subdivide, task: &Task, console: &Console) -> Result<Done, Fail
         (options.steps, topology.vertex_count(), topology.face_count());
     let results = Results { steps, vertices_out, faces_out, straight_edges };
     let report = task.report(console, counts, results, seconds);
-    let brief = format!("{} -> {faces_out} faces", report.faces);
-    let text = format!("{}: {brief}, {vertices_out} vertices", report.subject());
+    let brief = format!("{} -> {}", report.faces, counted(faces_out, "faces"));
+    let text = format!("{}: {brief}, {}", report.subject(), counted(vertices_out, "vertices"));
     report.done(console, text, brief)
 }
 

@@ -210,7 +210,7 @@ fn results(options: &Curvature, loaded: &Loaded, values: &FaceValues, scale: &Sc
 fn summary(report: &Report<Results>) -> String {
     let found = &report.results;
     format!(
-        "{}: sections of {:.6} to either side{}; integral of K {:.6}, of |H| {:.6}\n  {} of {} faces have sections that end at the boundary; the curvature of {} faces is unknown (NaN), of {} because their sections close on themselves",
+        "{}: sections of {:.6} to either side{}; integral of K {:.6}, of |H| {:.6}\n  faces with sections that end at the boundary: {} of {}; faces of unknown curvature (NaN): {}, of these with sections that close on themselves: {}",
         report.subject(),
         found.radius,
         if found.local_radius {

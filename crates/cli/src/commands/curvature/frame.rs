@@ -82,7 +82,7 @@ impl Found {
     pub(super) fn line(&self, vertices: usize) -> String {
         let noise = self.noise.map_or_else(String::new, |noise| format!("noise {noise:.3e}; "));
         format!(
-            "{noise}{} of {vertices} vertices have no curvature ({} are on creases), {} are umbilic",
+            "{noise}vertices without curvature: {} of {vertices} ({} on creases); umbilic vertices: {}",
             self.vertices_without_curvature, self.creases, self.umbilics
         )
     }

@@ -6,6 +6,7 @@ use mesh_work::Loaded;
 
 use crate::commands::curvature::options::Curvature;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::load::Seconds;
 use crate::task::Task;
@@ -25,8 +26,9 @@ pub(super) fn load(
     if count > 0 {
         let all = facings.of_component.len();
         console.message(format_args!(
-            "{}: warning: {count} of {all} components are inside out, so H, k1 and k2 have the wrong sign there; `--reorient` turns them outward",
-            printable(task.input.display())
+            "{}: warning: {} of {all} inside out, where H, k1 and k2 have the wrong sign; `--reorient` turns them outward",
+            printable(task.input.display()),
+            counted(count, "components")
         ));
     }
     Ok((loaded, count))

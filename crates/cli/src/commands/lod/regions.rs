@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::args::is_standard;
 use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
 use crate::commands::lod::options::Lod;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::{self, Level, Passes, RegionSettings};
@@ -70,7 +71,12 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let results = Results { preset: policy.preset.to_string(), in_force, levels, passes };
     let report = Report::new(console, &source.input, counts, results, seconds).with_output(output);
     let lines = report.results.levels.iter().map(|level| format!("\n  {level}"));
-    let text = format!("{}: {} faces{}", report.subject(), report.faces, lines.collect::<String>());
+    let text = format!(
+        "{}: {}{}",
+        report.subject(),
+        counted(report.faces, "faces"),
+        lines.collect::<String>()
+    );
     report.done(console, text, String::new())?.print(console)?;
     Ok(Outcome::of_run())
 }

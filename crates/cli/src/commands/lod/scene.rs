@@ -9,6 +9,7 @@ use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
 use crate::commands::lod::place::Place;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::large::is_folder;
 use crate::load::Seconds;
@@ -188,10 +189,10 @@ impl OfMesh {
 }
 
 fn summary(report: &Report<Results>) -> String {
-    let mut text = format!("{}: {} faces", report.subject(), report.faces);
+    let mut text = format!("{}: {}", report.subject(), counted(report.faces, "faces"));
     for level in &report.results.levels {
         let Level { faces, meshes, mean, max, shown_from, .. } = level;
-        text += &format!("\n  {faces} faces in {} meshes", meshes.len());
+        text += &format!("\n  {} in {}", counted(*faces, "faces"), counted(meshes.len(), "meshes"));
         if let (Some(mean), Some(max)) = (mean, max) {
             text += &format!(": mean distance {mean:.6e}, maximum {max:.6e}");
         }

@@ -18,6 +18,7 @@ use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
 use crate::commands::lod::place::Place;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
 use crate::save::{Outputs, make_folder_of, save};
@@ -113,7 +114,7 @@ fn page(
 ) -> Result<Page, Failure> {
     let identity = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let original = Surface::new(&loaded.mesh).map_err(Failure::refused)?;
-    let names = levels.iter().map(|level| format!("{} faces", level.faces));
+    let names = levels.iter().map(|level| counted(level.faces, "faces"));
     let names: Vec<String> = std::iter::once("input".to_owned()).chain(names).collect();
     let mut exhibits = Vec::new();
     let all = names.iter().zip([&identity].into_iter().chain(models));
@@ -267,11 +268,13 @@ fn shown(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
 }
 
 fn summary(report: &Report<Results>) -> String {
-    let mut text = format!("{}: {} faces", report.subject(), report.faces);
+    let mut text = format!("{}: {}", report.subject(), counted(report.faces, "faces"));
     for level in &report.results.levels {
         let Level { faces, vertices, mean, max, .. } = level;
         text += &format!(
-            "\n  {faces} faces, {vertices} vertices: mean distance {mean:.6e}, maximum {max:.6e}"
+            "\n  {}, {}: mean distance {mean:.6e}, maximum {max:.6e}",
+            counted(*faces, "faces"),
+            counted(*vertices, "vertices")
         );
         if let Some(output) = &level.output {
             text += &format!("  {output}");

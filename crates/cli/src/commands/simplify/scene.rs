@@ -8,6 +8,7 @@ use simplify::{AchievedError, Options, Target};
 
 use crate::commands::simplify::options::Simplify;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::Seconds;
@@ -110,7 +111,8 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
     let results = Results::new(options, &choices, &made.meshes);
     let counts = scene.counts().map(|count| count as usize);
     let report = task.report(console, counts, results, seconds);
-    let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
+    let brief =
+        format!("{} -> {}", report.results.faces_in, counted(report.results.faces_out, "faces"));
     report.done(console, summary(&report), brief)
 }
 
@@ -127,7 +129,8 @@ fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
         }
         if let Some(shortfall) = &mesh.shortfall {
             let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
-                cause(rejection).map(|cause| format!("{cause}: {count} collapses rejected"))
+                cause(rejection)
+                    .map(|cause| format!("{cause}: {} rejected", counted(count, "collapses")))
             });
             let reasons: Vec<String> = reasons.collect();
             let reasons = match reasons.as_slice() {
@@ -135,9 +138,9 @@ fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
                 reasons => format!(" ({})", reasons.join("; ")),
             };
             console.message(format_args!(
-                "{title}: the target of {} faces was not reached: {} are left{reasons}",
-                shortfall.wanted_faces.unwrap_or_default(),
-                mesh.faces[1]
+                "{title}: the target of {} was not reached, {} left{reasons}",
+                counted(shortfall.wanted_faces.unwrap_or_default(), "faces"),
+                counted(mesh.faces[1], "faces")
             ));
         }
     }
@@ -189,11 +192,11 @@ const MOST_LINES: usize = 20;
 fn summary(report: &Report<Results>) -> String {
     let found = &report.results;
     let mut text = format!(
-        "{}: {} -> {} faces in {} meshes, {:.3} s",
+        "{}: {} -> {} in {}, {:.3} s",
         report.subject(),
         found.faces_in,
-        found.faces_out,
-        found.meshes.len(),
+        counted(found.faces_out, "faces"),
+        counted(found.meshes.len(), "meshes"),
         report.seconds.compute
     );
     for mesh in found.meshes.iter().take(MOST_LINES) {
@@ -201,10 +204,14 @@ fn summary(report: &Report<Results>) -> String {
         let OfMesh { times, faces_in, faces_out, rms, max, .. } = mesh;
         let drawn = if *times == 1 { String::new() } else { format!("drawn {times} times, ") };
         text += &format!(
-            "\n  {title}: {drawn}{faces_in} -> {faces_out} faces, distance {rms:.3e} (rms), {max:.3e} (largest)"
+            "\n  {title}: {drawn}{faces_in} -> {}, distance {rms:.3e} (rms), {max:.3e} (largest)",
+            counted(*faces_out, "faces")
         );
         if let Some(OfPoses { count, rms, max }) = &mesh.poses {
-            text += &format!(", in {count} other poses {rms:.3e} (rms), {max:.3e} (largest)");
+            text += &format!(
+                ", in {} {rms:.3e} (rms), {max:.3e} (largest)",
+                counted(*count, "other poses")
+            );
         }
         if let Some(AchievedError { lower, upper: Some(upper) }) = mesh.error {
             text += &format!(", proved between {lower:.6e} and {upper:.6e}");

@@ -15,6 +15,7 @@ use crate::batch::Job;
 use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
 use crate::commands::simplify::options::Simplify;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::{self, Passes, RegionSettings};
@@ -158,7 +159,8 @@ pub(crate) fn one(
         let page = page(task, &options.job.loading, &loaded, &simplified.mesh, &model)?;
         options.look.write(page, &report, console)?;
     }
-    let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
+    let brief =
+        format!("{} -> {}", report.results.faces_in, counted(report.results.faces_out, "faces"));
     report.done(console, summary_of(&report), brief)
 }
 
@@ -222,7 +224,8 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     })?;
     large::remove(work, large);
     let report = task.report(console, counts, results, seconds);
-    let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
+    let brief =
+        format!("{} -> {}", report.results.faces_in, counted(report.results.faces_out, "faces"));
     report.done(console, summary_of(&report), brief)
 }
 
@@ -282,10 +285,12 @@ fn make_within(
     let largest = largest_within(limit, loaded.mesh.topology().face_count(), sized)?;
     let Largest { found: Sized { result, faces, bytes }, fits, trials } = largest;
     if fits {
-        console.message(format_args!("{faces} faces take {bytes} of {limit} bytes"));
+        let faces = counted(faces, "faces");
+        console.message(format_args!("size: {bytes} of {limit} bytes for {faces}"));
     } else {
         console.message(format_args!(
-            "the result does not fit into {limit} bytes: {faces} faces take {bytes}, and there are no fewer; leave out attributes (--no-attributes), or relax other limits"
+            "the result does not fit into {limit} bytes: {bytes} bytes for {}, and there are no fewer; leave out attributes (--no-attributes), or relax other limits",
+            counted(faces, "faces")
         ));
     }
     Ok((result, Some(FileSize { limit, bytes, fits, trials })))
@@ -358,11 +363,11 @@ impl Results {
 fn summary_of(report: &Report<Results>) -> String {
     let found = &report.results;
     let mut text = format!(
-        "{}: {} -> {} faces,{} in {:.3} s (stopped: {})",
+        "{}: {} -> {},{} in {:.3} s (stopped: {})",
         report.subject(),
         found.faces_in,
-        found.faces_out,
-        found.vertices_out.map(|count| format!(" {count} vertices,")).unwrap_or_default(),
+        counted(found.faces_out, "faces"),
+        found.vertices_out.map(|n| format!(" {},", counted(n, "vertices"))).unwrap_or_default(),
         report.seconds.compute,
         found.stop.replace('_', " ")
     );
