@@ -136,16 +136,18 @@ pub(crate) const REPAIRS: &str = "Repairs (as far as the command needs them, unl
 pub(crate) struct RepairOptions {
     /// Refuse a mesh that is not an oriented 2-manifold, instead of repairing it
     ///
-    /// Without this option, a command that needs an oriented 2-manifold drops degenerate and duplicate triangles, cuts
-    /// the surface where it is not a manifold, and makes the orientation of neighbours agree. It says so in one line.
+    /// Without this option, a command that needs an oriented 2-manifold drops degenerate and duplicate triangles and
+    /// vertices at infinite or undefined positions, cuts the surface where it is not a manifold, and makes the
+    /// orientation of neighbours agree. It says so in one line.
     /// A mesh that needs no repair stays as it is. With this option, only the repairs that are named are made.
     #[arg(long, conflicts_with = "lenient")]
     pub(crate) strict: bool,
     /// Make all repairs below, needed or not, and merge vertices at equal positions
     #[arg(long)]
     pub(crate) lenient: bool,
-    /// Merge vertices at equal positions, only where open edges lie on each other, or within a distance; or none
+    /// Merge vertices: `exact` at equal positions, `seams` where open edges lie on each other, a length within that distance
     ///
+    /// `none` merges no vertices.
     /// Commands that work on a surface merge them without being asked: `exact` in files that split vertices, such as
     /// glTF, and `seams` in others, where patches may have vertices of their own.
     #[arg(long, value_name = "none|seams|exact|LENGTH")]
@@ -153,6 +155,9 @@ pub(crate) struct RepairOptions {
     /// Drop faces that refer to vertices that do not exist
     #[arg(long)]
     pub(crate) drop_out_of_range: bool,
+    /// Drop vertices at infinite or undefined positions, and the faces at them
+    #[arg(long)]
+    pub(crate) drop_not_finite: bool,
     /// Drop triangles that use a vertex twice
     #[arg(long)]
     pub(crate) drop_degenerate: bool,
@@ -186,7 +191,7 @@ impl RepairOptions {
 
     /// The repairs. A weld that is given as a length becomes `within`.
     pub(crate) fn repair(&self, within: Weld) -> Repair {
-        let mut repair = if self.lenient { Repair::lenient() } else { Repair::strict() };
+        let mut repair = if self.lenient { all_repairs() } else { Repair::strict() };
         match self.weld {
             None => {}
             Some(WeldName::None) => repair.weld = Weld::None,
@@ -195,6 +200,7 @@ impl RepairOptions {
             Some(WeldName::Within(_)) => repair.weld = within,
         }
         repair.drop_out_of_range |= self.drop_out_of_range;
+        repair.drop_not_finite |= self.drop_not_finite;
         repair.drop_degenerate |= self.drop_degenerate;
         repair.drop_duplicates |= self.drop_duplicates;
         repair.reorient |= self.reorient;
@@ -202,6 +208,13 @@ impl RepairOptions {
         repair.drop_unreferenced |= self.drop_unreferenced;
         repair
     }
+}
+
+/// Every repair.
+pub(crate) fn all_repairs() -> Repair {
+    let mut all = Repair::lenient();
+    all.drop_not_finite = true;
+    all
 }
 
 /// Which vertices are merged, as it was given.

@@ -12,6 +12,7 @@ use simplify::{Options, Target};
 
 use crate::args::{RepairOptions, is_standard};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::interrupt::{self, while_writing, while_writing_all};
 use crate::load::{Loading, needed, parse_bytes};
@@ -97,6 +98,8 @@ pub(crate) fn repairs(options: &RepairOptions) -> Result<Repairs, Failure> {
     }
     let (repair, needed) = (options.repair(Weld::None), !options.strict);
     Ok(Repairs {
+        join_loose_faces: needed,
+        drop_not_finite: needed || repair.drop_not_finite,
         drop_degenerate: needed || repair.drop_degenerate,
         cut_non_manifold: needed || repair.cut_non_manifold,
     })
@@ -242,9 +245,9 @@ pub(crate) struct Level {
 impl core::fmt::Display for Level {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self { output, faces, tiles, error } = self;
-        write!(f, "{faces} faces")?;
+        f.write_str(&counted(*faces, "faces"))?;
         if let Some(tiles) = tiles {
-            write!(f, " in {tiles} tiles")?;
+            write!(f, " in {}", counted(*tiles, "tiles"))?;
         }
         if let Some(error) = error {
             write!(f, ", within {error:.6e} of the input")?;

@@ -11,7 +11,7 @@ use mesh_core::build::{BuildReport, Repair, Weld};
 use mesh_core::measure::cracks::{Cracks, cracks};
 use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind, Scene};
 use mesh_metric::{Surface, SurfaceError};
-use mesh_work::{Loaded, SceneRules, diagonal, mark_labels, usual_weld};
+use mesh_work::{Loaded, SceneRules, diagonal, drop_not_finite, mark_labels, usual_weld};
 use serde::Serialize;
 
 use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
@@ -343,6 +343,21 @@ impl Loading {
             return self.read(path, console);
         }
         self.load_as_told(path, console)?.into_model().map_err(Failure::model)
+    }
+
+    /// As [`Loading::content`], without vertices at infinite or undefined positions, unless `--strict` is given.
+    pub(crate) fn finite_content(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
+        let content = self.content(path, console)?;
+        if self.repair.strict {
+            return Ok(content);
+        }
+        let (content, report) = drop_not_finite(content).map_err(Failure::model)?;
+        if !report.is_unchanged() {
+            let name = printable(path.display());
+            console.message(format_args!("{name}: {}", needed(report.repairs())));
+            console.repaired(&name, report.repairs());
+        }
+        Ok(content)
     }
 
     /// The repairs for a file, lengths in its units.

@@ -130,7 +130,7 @@ fn invalid_files_are_refused() {
         ("huge.ply", header.replace("vertex 3", "vertex 3000000000"), 3),
         ("facets.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n".to_owned(), 3),
         ("lines.obj", "v 0 0 0\nf 1 2 9\n".to_owned(), 3),
-        ("off.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_owned(), 3),
+        ("off.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n".to_owned(), 3),
         ("nothing.ply", String::new(), 3),
     ];
     for (name, content, expected) in cases {

@@ -8,7 +8,7 @@ use mesh_shapes::Torus;
 use crate::common::{code, curvmesh, json, write};
 
 /// A defect of each kind, and the name of its repair in the message.
-const DEFECTS: [(&str, &str, &str); 6] = [
+const DEFECTS: [(&str, &str, &str); 7] = [
     (
         "duplicate face",
         "OFF\n4 5 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n3 2 0 3\n",
@@ -38,6 +38,11 @@ const DEFECTS: [(&str, &str, &str); 6] = [
         "a Moebius strip",
         "OFF\n6 6 0\n2 0 0\n1 0 1\n-1 2 0\n-1 1 1\n-1 -2 0\n-1 -1 1\n3 0 1 2\n3 2 1 3\n3 2 3 4\n3 4 3 5\n3 4 5 1\n3 1 5 0\n",
         "cut edges",
+    ),
+    (
+        "vertices at no place",
+        "OFF\n5 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 nan inf\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 4\n",
+        "dropped faces with infinite or undefined positions: 1",
     ),
 ];
 
@@ -71,7 +76,9 @@ fn a_defect_of_any_kind_is_repaired_and_named() {
             let line = message.lines().find(|line| line.contains(repair)).unwrap();
             assert!(line.contains("--strict"), "{line}");
             let (status, message) = code(&[&words[..], &["--strict"]].concat());
-            assert_eq!(status, 4, "{kind}: {words:?}: {message}");
+            // Numbers that are none make a file invalid.
+            let refused = if kind == "vertices at no place" { 3 } else { 4 };
+            assert_eq!(status, refused, "{kind}: {words:?}: {message}");
         }
     }
 }
@@ -86,6 +93,55 @@ fn the_report_lists_the_repairs() {
     let repair = &report["repairs"][0];
     assert_eq!(repair["what"], "dropped duplicate triangles");
     assert_eq!((&repair["count"], &repair["file"]), (&1.into(), &input.into()));
+}
+
+/// Files with vertices at no place, as depth cameras make them, are measured and shown without their faces.
+#[test]
+fn faces_at_no_place_are_not_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (scan, whole) = (path("scan.obj"), path("whole.obj"));
+    let text = |height: &str| {
+        format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 {height}\nf 1 2 3 4\nf 2 5 3\n")
+    };
+    std::fs::write(&scan, text("nan")).unwrap();
+    std::fs::write(&whole, text("0")).unwrap();
+    for command in [["distance", &scan, &whole], ["compare", &whole, &scan]] {
+        let report = json(&command);
+        assert_eq!(report["repairs"][0]["count"], 1, "{report}");
+        assert_eq!(code(&[&command[..], &["--strict"]].concat()).0, 3);
+    }
+    let found = json(&["distance", &scan, &whole, "--samples", "20000"]);
+    assert_eq!(found["forward"]["max"], 0.0, "{found}");
+    assert!((found["backward"]["max"].as_f64().unwrap() - 1.0).abs() < 0.01, "{found}");
+    let (status, message) = code(&["view", &scan, "-o", &path("page.html")]);
+    assert!(status == 0 && message.contains("undefined positions: 1"), "{message}");
+    // A conversion copies the file as it is.
+    assert_eq!(code(&["convert", &scan, &path("copy.obj")]), (0, String::new()));
+    assert!(std::fs::read_to_string(path("copy.obj")).unwrap().to_lowercase().contains("nan"));
+}
+
+/// With `--memory`, the same faces are dropped, in formats with and without vertices.
+#[test]
+fn faces_at_no_place_are_dropped_out_of_core() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let mut soup = Torus { major: 5.0, minor: 2.0 }.shifted_mesh(24, 12).unwrap();
+    for vertex in [7, 100, 101] {
+        soup.positions_mut()[vertex].y = f64::NAN;
+    }
+    for name in ["in.ply", "in.obj", "in.off", "in.stl"] {
+        let input = path(name);
+        let model = mesh_io::Model::from(soup.clone());
+        mesh_io::write(&input, &model, &mesh_io::WriteOptions::default()).unwrap();
+        let work = path("work");
+        let split = ["region", "split", &input, "-w", &work, "--faces", "100", "--memory", "64MiB"];
+        let (status, message) = code(&[&split[..], &["--strict"]].concat());
+        assert!(status == 3 && message.contains("NaN"), "{name}: {message}");
+        let (status, message) = code(&split);
+        assert!(status == 0 && message.contains("at them: 16"), "{name}: {message}");
+        std::fs::remove_dir_all(work).unwrap();
+    }
 }
 
 /// Defects that cannot be repaired without a guess are refused.

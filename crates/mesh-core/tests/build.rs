@@ -55,6 +55,44 @@ fn trap_3_coordinates_that_are_not_finite_are_refused() {
     }
 }
 
+proptest! {
+    /// Vertices that are nowhere are dropped with their faces, as if they had never been in the file.
+    #[test]
+    fn vertices_that_are_nowhere_are_dropped_with_their_faces(
+        nowhere in prop::collection::vec((0_usize..36, 0_usize..3, 0_usize..3), 0..8),
+        drops_unreferenced: bool,
+    ) {
+        let mut positions: Vec<[f64; 3]> =
+            (0..36).map(|v| [f64::from(v % 6), f64::from(v / 6), f64::from(v * v % 7)]).collect();
+        for (vertex, axis, value) in nowhere {
+            positions[vertex][axis] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][value];
+        }
+        let cells = (0..25_u32).map(|cell| cell / 5 * 6 + cell % 5);
+        let faces: Vec<[u32; 3]> =
+            cells.flat_map(|a| [[a, a + 1, a + 7], [a, a + 7, a + 6]]).collect();
+        let is_somewhere = |v: &u32| positions[*v as usize].iter().all(|x| x.is_finite());
+        let kept: Vec<u32> = (0..36).filter(is_somewhere).collect();
+        let new = |v: u32| kept.binary_search(&v).unwrap() as u32;
+        let kept_faces: Vec<[u32; 3]> =
+            faces.iter().filter(|face| face.iter().all(is_somewhere)).copied().collect();
+        let kept_positions: Vec<[f64; 3]> = kept.iter().map(|&v| positions[v as usize]).collect();
+        let mut repair = Repair::strict();
+        repair.cut_non_manifold = true;
+        repair.drop_unreferenced = drops_unreferenced;
+        let renumbered: Vec<[u32; 3]> = kept_faces.iter().map(|face| face.map(new)).collect();
+        let expected = PolygonSoup::from_triangles(&kept_positions, &renumbered).unwrap();
+        let expected = build(&expected, &repair).unwrap();
+        repair.drop_not_finite = true;
+        let built = build(&PolygonSoup::from_triangles(&positions, &faces).unwrap(), &repair).unwrap();
+        prop_assert_eq!(built.mesh.positions(), expected.mesh.positions());
+        prop_assert!(built.mesh.topology().triangles().eq(expected.mesh.topology().triangles()));
+        prop_assert_eq!(built.report.not_finite_vertices.count(), 36 - kept.len());
+        prop_assert_eq!(built.report.dropped_not_finite.count(), 50 - kept_faces.len());
+        let dropped = [&built, &expected].map(|built| built.report.dropped_vertices.count());
+        prop_assert_eq!(dropped[0], dropped[1]);
+    }
+}
+
 /// Trap 14: each kind of defect is its own error and names the elements.
 #[test]
 fn trap_14_a_pinched_vertex_is_refused_by_name() {

@@ -13,6 +13,7 @@ mod length;
 mod levels;
 mod loaded;
 mod normals;
+mod not_finite;
 mod patches;
 mod policy;
 mod printing;
@@ -33,6 +34,7 @@ pub use labels::{UnknownNumbers, mark_labels};
 pub use length::{Length, NoExtent, diagonal, parse_length};
 pub use levels::{LevelError, LevelOfDetail, LevelPlan, LevelRecord, LevelSteps, shown_from};
 pub use loaded::{Loaded, Source, build_with_needed_repairs, splits_vertices, usual_weld};
+pub use not_finite::drop_not_finite;
 pub use patches::{
     PatchMesh, PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model,
 };

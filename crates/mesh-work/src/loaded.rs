@@ -45,25 +45,33 @@ pub fn usual_weld(model: &Model, format: Option<Format>) -> Weld {
 }
 
 /// Builds a mesh with the repairs that are asked for. If the content still is no oriented 2-manifold, the build is
-/// repeated with the repairs that leave no choice: degenerate and duplicate triangles are dropped, and the surface is
-/// cut where it is not a manifold. Faces are reversed only if neighbours still disagree.
+/// repeated with the repairs that leave no choice: vertices at infinite or undefined positions are dropped with their
+/// faces, degenerate and duplicate triangles are dropped, and the surface is cut where it is not a manifold. Faces are
+/// reversed only if neighbours still disagree.
 ///
 /// Content that builds without these repairs is never changed by them.
 ///
 /// # Errors
-/// As [`mesh_core::build()`] for coordinates that are not finite, faces with vertices that are not there, and meshes
-/// that are too large.
+/// As [`mesh_core::build()`] for faces with vertices that are not there, for meshes that are too large, and if every face
+/// is at a position that is infinite or undefined.
 pub fn build_with_needed_repairs(soup: &PolygonSoup, asked: &Repair) -> Result<Built, BuildError> {
+    let error = match build(soup, asked) {
+        Err(error) if is_repairable(&error) => error,
+        built => return built,
+    };
     let mut cut = *asked;
+    cut.drop_not_finite = true;
     cut.drop_degenerate = true;
     cut.drop_duplicates = true;
     cut.cut_non_manifold = true;
     let mut turned = cut;
     turned.reorient = true;
-    [cut, turned].iter().fold(build(soup, asked), |built, repair| match built {
-        Err(error) if is_repairable(&error) => build(soup, repair),
+    let built = match build(soup, &cut) {
+        Err(error) if is_repairable(&error) => build(soup, &turned),
         built => built,
-    })
+    }?;
+    let is_lost = built.report.faces_out == 0 && !built.report.dropped_not_finite.is_empty();
+    if is_lost { Err(error) } else { Ok(built) }
 }
 
 impl Loaded {
@@ -120,12 +128,7 @@ impl Loaded {
 
 /// Whether an unambiguous repair may let the build succeed.
 fn is_repairable(error: &BuildError) -> bool {
-    !matches!(
-        error,
-        BuildError::NonFiniteCoordinate { .. }
-            | BuildError::TooManyElements { .. }
-            | BuildError::IndexOutOfRange { .. }
-    )
+    !matches!(error, BuildError::TooManyElements { .. } | BuildError::IndexOutOfRange { .. })
 }
 
 impl Source<'_> {

@@ -28,8 +28,8 @@ impl DiskMesh {
     /// Reads a file into the folder `name` of the scratch folder. `memory` is the limit in bytes.
     ///
     /// # Errors
-    /// The input cannot be read or has a coordinate that is not finite, the files cannot be written, or the
-    /// memory limit is too small.
+    /// The input cannot be read, all faces have a corner whose position is not finite, the files cannot be written, or
+    /// the memory limit is too small.
     pub fn read(
         scratch: &ScratchFolder,
         name: &str,
@@ -45,7 +45,7 @@ impl DiskMesh {
             Input::Stream(..) => 0,
         };
         let reads = &mut |done| observer(Step { what: "reading", done, of, level: 0 });
-        let ingested = Ingested::read(input, reading, &folder, memory.stream(), reads)?;
+        let ingested = Ingested::read(input, reading, false, &folder, memory.stream(), reads)?;
         Ok(Self { ingested, folder, memory })
     }
 

@@ -1,7 +1,8 @@
 //! Reading an input as a stream, into a file of vertices and a file of faces, with statistics of both.
 //!
-//! Formats without vertices repeat positions, as STL does. Their corners are distributed by position to files that fit
-//! into memory; in each file, equal positions get the index of their first corner.
+//! Formats without vertices repeat positions, as STL does, and so do files where every face has vertices of its own.
+//! Their corners are distributed by position to files that fit into memory; in each file, equal positions get the index
+//! of their first corner.
 
 use core::ops::ControlFlow;
 use std::io::Read;
@@ -28,6 +29,8 @@ pub(crate) struct Ingested {
     pub(crate) summary: Summary,
     /// A sample of the vertices.
     pub(crate) sample: Vec<DVec3>,
+    /// The first vertex that was dropped since its position is not finite, or the first such corner, and its position.
+    pub(crate) not_finite: Option<(u64, [f64; 3])>,
 }
 
 /// The statistics of an input.
@@ -135,6 +138,14 @@ struct Ingester {
     sampler: Sampler,
     summary: Summary,
     has_facets: bool,
+    /// Whether the corners of the faces so far are the vertices 0, 1, 2 and so on.
+    is_loose: bool,
+    /// The number of corners of the faces so far.
+    corners: u64,
+    /// The first vertex or corner whose position is not finite, and its position.
+    not_finite: Option<(u64, [f64; 3])>,
+    /// The number of facets that were left out since a corner is not finite.
+    left_out: u64,
 }
 
 impl Ingester {
@@ -147,6 +158,9 @@ impl Ingester {
             }
             Item::Face(corners) => {
                 self.summary.count(corners.len());
+                let first = self.corners;
+                self.corners += corners.len() as u64;
+                self.is_loose &= corners.iter().copied().eq(first..self.corners);
                 if let Some(&vertex) = corners.iter().find(|&&vertex| vertex >= MOST_VERTICES) {
                     let (face, count) = (self.summary.faces - 1, self.summary.vertices);
                     return Err(Error::NoSuchVertex { face, vertex, count });
@@ -155,6 +169,11 @@ impl Ingester {
             }
             Item::Facet(corners) => {
                 self.has_facets = true;
+                if let Some(bad) = corners.iter().find(|corner| !corner.is_finite()) {
+                    self.not_finite.get_or_insert((self.sampler.seen, bad.to_array()));
+                    self.left_out += 1;
+                    return Ok(());
+                }
                 self.summary.count(corners.len());
                 let first = self.sampler.seen;
                 for &corner in corners {
@@ -168,12 +187,13 @@ impl Ingester {
     }
 
     fn point(&mut self, point: DVec3) -> Result<(), Error> {
-        if !point.is_finite() {
-            let (vertex, position) = (self.sampler.seen, point.to_array());
-            return Err(Error::NotFinite { vertex, position });
-        }
         if self.sampler.seen >= MOST_VERTICES {
             return Err(Error::TooManyVertices { most: MOST_VERTICES });
+        }
+        if !point.is_finite() {
+            self.not_finite.get_or_insert((self.sampler.seen, point.to_array()));
+            self.sampler.seen += 1;
+            return self.points.put(&point_bytes(point));
         }
         self.sampler.take(point);
         self.summary.single &= point.to_array().iter().all(|&x| f64::from(x as f32) == x);
@@ -197,6 +217,7 @@ impl Ingested {
     pub(crate) fn read(
         input: Input<'_>,
         options: &ReadOptions,
+        joins_loose: bool,
         folder: &Path,
         memory: u64,
         goes_on: &mut dyn FnMut(u64) -> bool,
@@ -207,6 +228,10 @@ impl Ingested {
             sampler: Sampler::new(),
             summary: Summary { single: true, ..Summary::default() },
             has_facets: false,
+            is_loose: true,
+            corners: 0,
+            not_finite: None,
+            left_out: 0,
         };
         let mut failed = None;
         let mut seen = 0_u64;
@@ -232,15 +257,86 @@ impl Ingested {
         if let Some(error) = failed {
             return Err(error);
         }
-        let Ingester { points, faces, sampler, mut summary, has_facets } = taking;
-        summary.notes = scanned.notes;
-        let all = Self {
+        let Ingester { points, faces, sampler, summary, has_facets, not_finite, .. } = taking;
+        let vertices = summary.vertices;
+        let is_loose = taking.is_loose && vertices > 0 && taking.corners == vertices;
+        let mut all = Self {
             points: points.finish()?,
             faces: faces.finish()?,
-            summary,
+            summary: Summary { notes: scanned.notes, ..summary },
             sample: sampler.sample,
+            not_finite,
         };
-        if has_facets { all.welded(folder, memory) } else { Ok(all) }
+        if let Some((vertex, position)) = not_finite {
+            let dropped =
+                if has_facets { taking.left_out } else { all.drop_not_finite(is_loose, folder)? };
+            if all.summary.faces == 0 && dropped > 0 {
+                return Err(Error::NotFinite { vertex, position });
+            }
+            all.summary.notes.push(format!(
+                "dropped vertices at infinite or undefined positions, and the faces at them: {dropped}"
+            ));
+        }
+        if has_facets {
+            return all.welded(folder, memory);
+        }
+        if is_loose && joins_loose {
+            let vertices = all.summary.vertices;
+            all = all.welded(folder, memory)?;
+            let joined = vertices - all.summary.vertices;
+            if joined > 0 {
+                let note =
+                    "merged vertices at equal positions, since every face has vertices of its own";
+                all.summary.notes.push(format!("{note}: {joined} (--strict keeps them apart)"));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Drops the vertices whose positions are not finite, and the faces at them; of loose faces, all vertices. Returns the
+    /// number of these faces. Takes one bit of memory for each vertex.
+    fn drop_not_finite(&mut self, are_loose: bool, folder: &Path) -> Result<u64, Error> {
+        let mut ranks = Ranks::default();
+        let (mut given, mut face, mut face_end) = (self.faces.reader()?, Vec::new(), 0);
+        self.each_vertex(|_, point| {
+            ranks.push(point.is_finite());
+            Ok(())
+        })?;
+        if are_loose {
+            let finite = core::mem::take(&mut ranks);
+            while given.next_face(&mut face)? {
+                let corners = face_end..face_end + face.len() as u64;
+                let is_kept = corners.clone().all(|corner| finite.is_marked(corner));
+                corners.for_each(|_| ranks.push(is_kept));
+                face_end += face.len() as u64;
+            }
+            given = self.faces.reader()?;
+        }
+        let mut points = ScratchWriter::new(folder.join("finite-points"))?;
+        self.each_vertex(|vertex, point| {
+            if ranks.is_marked(vertex) { points.put(&point_bytes(point)) } else { Ok(()) }
+        })?;
+        let mut faces = ScratchWriter::new(folder.join("finite-faces"))?;
+        let Summary { bounds, single, .. } = self.summary;
+        let notes = core::mem::take(&mut self.summary.notes);
+        let mut summary =
+            Summary { vertices: ranks.marked, bounds, single, notes, ..Summary::default() };
+        let mut number = 0;
+        while given.next_face(&mut face)? {
+            if let Some(&vertex) = face.iter().find(|&&vertex| vertex >= ranks.count) {
+                return Err(Error::NoSuchVertex { face: number, vertex, count: ranks.count });
+            }
+            if face.iter().all(|&vertex| ranks.is_marked(vertex)) {
+                summary.count(face.len());
+                face.iter_mut().for_each(|vertex| *vertex = ranks.below(*vertex));
+                put_face(&mut faces, &face)?;
+            }
+            number += 1;
+        }
+        drop(given);
+        let dropped = number - summary.faces;
+        (self.points, self.faces, self.summary) = (points.finish()?, faces.finish()?, summary);
+        Ok(dropped)
     }
 
     /// Welds equal positions to one vertex, in the order of their first corners. Takes one bit of memory for each
@@ -385,6 +481,11 @@ impl Ranks {
         self.bits[word as usize] |= u64::from(is_marked) << bit;
         self.marked += u64::from(is_marked);
         self.count += 1;
+    }
+
+    /// The bit of a number that was pushed.
+    fn is_marked(&self, number: u64) -> bool {
+        self.bits[(number / 64) as usize] >> (number % 64) & 1 == 1
     }
 
     /// The number of bits that are set below a number that was pushed.

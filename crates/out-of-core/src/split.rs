@@ -21,6 +21,12 @@ use crate::scratch_file::{ID, ScratchFile, ScratchWriter, id_bytes, id_of, point
 /// The defects of the input that are repaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Repairs {
+    /// Drop vertices at infinite or undefined positions, and the faces at them.
+    #[serde(default)]
+    pub drop_not_finite: bool,
+    /// Merge vertices at equal positions if every face has vertices of its own.
+    #[serde(default)]
+    pub join_loose_faces: bool,
     /// Drop faces that use a vertex twice.
     pub drop_degenerate: bool,
     /// Cut the surface where it is not manifold. The cut is made at the end; until then, these places are not changed.

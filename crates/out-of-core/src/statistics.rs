@@ -49,7 +49,8 @@ impl DiskMesh {
             edge_components: Components::new(self.folder.join("edge-components"))?,
             boundaries: Components::new(self.folder.join("boundaries"))?,
         };
-        let repairs = Repairs { drop_degenerate: true, cut_non_manifold: true };
+        let repairs =
+            Repairs { drop_degenerate: true, cut_non_manifold: true, ..Repairs::default() };
         self.each_region(PER_FACE, repairs, observer, &mut |region| surveyor.look_at(&region))?;
         let Collector { mut found, proper, used, components, edge_components, boundaries, .. } =
             surveyor;

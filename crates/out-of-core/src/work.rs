@@ -103,7 +103,14 @@ impl Work {
         let capacity = settings.capacity;
         let of = identity.bytes.unwrap_or(0);
         let reads = &mut |done| observer(Step { what: "reading", done, of, level: 0 });
-        let mut ingested = Ingested::read(input, reading, &scratch, capacity.stream, reads)?;
+        let joins_loose = settings.repairs.join_loose_faces;
+        let mut ingested =
+            Ingested::read(input, reading, joins_loose, &scratch, capacity.stream, reads)?;
+        if let (Some((vertex, position)), false) =
+            (ingested.not_finite, settings.repairs.drop_not_finite)
+        {
+            return Err(Error::NotFinite { vertex, position });
+        }
         let depth = capacity.checked_depth(ingested.summary.triangles)?;
         let cells = Cells::new(core::mem::take(&mut ingested.sample), depth);
         let summary = ingested.summary.clone();

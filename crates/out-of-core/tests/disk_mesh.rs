@@ -72,6 +72,37 @@ fn tangle(seed: u64) -> PolygonSoup {
     soup
 }
 
+/// Vertices at no place are dropped with their faces, in formats with and without vertices, and of loose faces.
+#[test]
+fn vertices_at_no_place_are_dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut soup = torus(3000, 2).to_soup();
+    for vertex in [7, 100, 1400] {
+        soup.positions_mut()[vertex].y = f64::NAN;
+    }
+    let mut loose = PolygonSoup::new();
+    for face in soup.faces() {
+        let first = loose.vertex_count() as u32;
+        face.iter().for_each(|&v| loose.push_vertex(soup.positions()[v as usize]));
+        loose.push_face(&[first, first + 1, first + 2]).unwrap();
+    }
+    let (vertices, faces) = (soup.vertex_count() - 3, soup.face_count() - 18);
+    for suffix in ["ply", "obj", "off", "stl"] {
+        for (soup, expected) in [(&soup, vertices), (&loose, 3 * faces)] {
+            let input = save(soup, &folder.path().join(format!("in.{suffix}")));
+            let summary = with_disk_mesh(&input, |mesh| Ok(mesh.summary().clone())).unwrap();
+            let expected = if suffix == "stl" { vertices } else { expected };
+            assert_eq!(
+                (summary.vertices, summary.faces),
+                (expected as u64, faces as u64),
+                "{suffix}"
+            );
+            let note = summary.notes.last().unwrap();
+            assert!(note.contains("undefined positions") && note.ends_with(": 18"), "{note}");
+        }
+    }
+}
+
 #[test]
 fn a_survey_counts_what_a_diagnosis_does() {
     let folder = tempfile::tempdir().unwrap();

@@ -5,7 +5,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::common::{Done, bits, open_torus, settings, simplify, split, torus, write};
-use mesh_core::TriMesh;
+use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{CompareOptions, Surface, compare};
 use out_of_core::{
     Error, Next, Repairs, ResultMesh, Step, assemble, join, refine_cell, run, write_tiles,
@@ -375,7 +375,7 @@ fn areas(mesh: &TriMesh, cell_of: impl Fn(glam::DVec3) -> u32) -> [f64; 2] {
 }
 
 /// The corners of all faces, bit for bit, each face starting from its smallest corner.
-fn corners(soup: &mesh_core::PolygonSoup) -> Vec<[[u64; 3]; 3]> {
+fn corners(soup: &PolygonSoup) -> Vec<[[u64; 3]; 3]> {
     let bits = |v: u32| soup.positions()[v as usize].to_array().map(f64::to_bits);
     let face = |face: &[u32]| {
         let mut corners = [bits(face[0]), bits(face[1]), bits(face[2])];
@@ -384,4 +384,43 @@ fn corners(soup: &mesh_core::PolygonSoup) -> Vec<[[u64; 3]; 3]> {
         corners
     };
     soup.faces().map(face).collect()
+}
+
+/// Files of all formats are split alike, and files where every face has vertices of its own as well.
+#[test]
+fn all_formats_are_split_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = torus(3000, 4);
+    let (vertices, faces) = (mesh.topology().vertex_count(), mesh.topology().face_count());
+    let mut loose = PolygonSoup::new();
+    for triangle in mesh.topology().triangles() {
+        let first = loose.vertex_count() as u32;
+        triangle.iter().for_each(|&v| loose.push_vertex(mesh.positions()[v as usize]));
+        loose.push_face(&[first, first + 1, first + 2]).unwrap();
+    }
+    let mut given = settings(Preset::Fast, 500, 300, 1000);
+    for (number, suffix) in ["ply", "obj", "off", "stl", "gltf", "glb"].into_iter().enumerate() {
+        for (soup, is_loose) in [(mesh.to_soup(), false), (loose.clone(), true)] {
+            let name = format!("{number}-{is_loose}");
+            let input = folder.path().join(format!("{name}.{suffix}"));
+            let model = mesh_io::Model::from(soup);
+            mesh_io::write(&input, &model, &mesh_io::WriteOptions::default()).unwrap();
+            for joins in [true, false] {
+                given.repairs.join_loose_faces = joins;
+                let work = split(&folder.path().join(format!("{name}-{joins}")), &input, &given);
+                let work = work.unwrap();
+                let summary = &work.manifest().summary;
+                let keeps_vertices = number < 3;
+                let expected =
+                    if is_loose && keeps_vertices && !joins { 3 * faces } else { vertices };
+                assert_eq!(
+                    (summary.vertices, summary.faces),
+                    (expected as u64, faces as u64),
+                    "{name}"
+                );
+                let is_told = summary.notes.iter().any(|note| note.contains("merged vertices"));
+                assert_eq!(is_told, is_loose && keeps_vertices && joins, "{name}");
+            }
+        }
+    }
 }

@@ -140,7 +140,9 @@ impl Content {
                 let first = &mut vertices[source as usize];
                 *first = if first.0 == u32::MAX { (vertex, false) } else { (first.0, true) };
             }
-            for (v, &target) in self.targets().iter().flatten().enumerate() {
+            let joins = report.welded_vertices.count() > 0;
+            let targets = if joins { self.targets() } else { None };
+            for (v, &target) in targets.iter().flatten().enumerate() {
                 vertices[v] = vertices[target as usize];
             }
             cut.extend((0..count).zip(&vertices).filter(|v| v.1.1).map(|v| v.0));

@@ -1,12 +1,15 @@
 //! `curvmesh.distance`.
 
+use std::borrow::Cow;
+
 use mesh_core::build::{Repair, Weld};
 use mesh_metric::{
     CertifiedBounds, CertifyOptions, CompareOptions, Comparison, OneSided, SignedDistance,
     SignedSide, Surface, compare_one_way_until, compare_signed_until, compare_until,
     hausdorff_bounds_until,
 };
-use mesh_work::{Loaded, diagonal, is_point_cloud, surface_or_points};
+use mesh_io::Model;
+use mesh_work::{Loaded, diagonal, drop_not_finite, is_point_cloud, surface_or_points};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,6 +19,7 @@ use crate::failure::{Ended, Failure};
 use crate::host::{Call, run};
 use crate::length::{Given, length};
 use crate::mesh::MeshData;
+use crate::repair_warning;
 
 /// The distances between two meshes.
 #[pyfunction]
@@ -34,7 +38,8 @@ pub(crate) fn distance<'py>(
     let exact = length("exact", exact).map_err(|failure| failure.raise(py))?;
     let (first, second) = (first.content(), second.content());
     let measured = run(py, call, move |watch| {
-        let soups = [&first.model.soup, &second.model.soup];
+        let models = [finite(&first.model)?, finite(&second.model)?];
+        let soups = models.each_ref().map(|model| &model.soup);
         let [is_cloud, other_is_cloud] = soups.map(is_point_cloud);
         check_points([is_cloud, other_is_cloud], signed, exact.is_some())?;
         let a = surface_or_points(soups[0]).map_err(Failure::from)?;
@@ -109,6 +114,16 @@ pub(crate) fn distance<'py>(
 /// The distances in a direction, and the signed ones.
 type Side = (OneSided, Option<SignedSide>);
 
+/// The content without vertices at infinite or undefined positions. A warning has their number.
+fn finite(model: &Model) -> Result<Cow<'_, Model>, Failure> {
+    if model.soup.positions().iter().all(|position| position.is_finite()) {
+        return Ok(Cow::Borrowed(model));
+    }
+    let (model, report) = drop_not_finite(model.clone())?;
+    repair_warning::put(&report.repairs().collect::<Vec<_>>());
+    Ok(Cow::Owned(model))
+}
+
 /// Refuses what has no meaning for points without faces.
 fn check_points(are_clouds: [bool; 2], signed: bool, proves: bool) -> Result<(), Failure> {
     if signed && are_clouds[1] {
@@ -145,7 +160,7 @@ pub(crate) fn vertex_distances<'py>(
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let (from, to) = (points.content(), surface.content());
     let found = run(py, call, move |watch| {
-        let surface = surface_or_points(&to.model.soup).map_err(Failure::from)?;
+        let surface = surface_or_points(&finite(&to.model)?.soup).map_err(Failure::from)?;
         watch.check()?;
         let points = from.model.soup.positions();
         surface.distances_until(points, &|| watch.is_cancelled()).ok_or_else(Ended::interrupted)

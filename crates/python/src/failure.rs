@@ -170,7 +170,7 @@ impl From<BuildError> for Failure {
             BuildError::TooManyElements { .. } => of("TooLargeError"),
             BuildError::InvalidWeldDistance { .. } => of("OptionError"),
             BuildError::NonFiniteCoordinate { vertices, .. } => {
-                of("NotFiniteError").sample("vertices", vertices)
+                of("NotFiniteError").sample("vertices", vertices).repair("drop_not_finite")
             }
             BuildError::IndexOutOfRange { faces, .. } => {
                 of("OutOfRangeError").sample("faces", faces).repair("drop_out_of_range")

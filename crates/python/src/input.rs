@@ -164,12 +164,13 @@ pub(crate) fn check(soup: &PolygonSoup) -> Result<(), Failure> {
     let not_finite = || soup.positions().iter().enumerate().filter(|(_, p)| !p.is_finite());
     if let Some((vertex, position)) = not_finite().next() {
         let message = format!(
-            "vertex {vertex} is at {position}, which is not finite; correct the input, no repair \
-             invents coordinates"
+            "vertex {vertex} is at {position}, which is not finite; \
+             `curvmesh.repair(mesh, drop_not_finite=True)` drops such vertices with their faces"
         );
         return Err(Failure::new("NotFiniteError", message)
             .ids("vertices", not_finite().take(MOST).map(|(v, _)| as_u32(v)).collect())
-            .count(not_finite().count()));
+            .count(not_finite().count())
+            .text("repair", "drop_not_finite"));
     }
     Ok(())
 }

@@ -21,6 +21,7 @@ pub(crate) struct RepairsGiven {
     weld: Option<Given>,
     relative: bool,
     drop_out_of_range: bool,
+    drop_not_finite: bool,
     drop_degenerate: bool,
     drop_duplicates: bool,
     reorient: bool,
@@ -71,6 +72,7 @@ pub(crate) fn repair<'py>(
         };
         let RepairsGiven {
             drop_out_of_range,
+            drop_not_finite,
             drop_degenerate,
             drop_duplicates,
             reorient,
@@ -81,6 +83,7 @@ pub(crate) fn repair<'py>(
         let mut repair = Repair::strict();
         repair.weld = weld;
         repair.drop_out_of_range = drop_out_of_range;
+        repair.drop_not_finite = drop_not_finite;
         repair.drop_degenerate = drop_degenerate;
         repair.drop_duplicates = drop_duplicates;
         repair.reorient = reorient;
@@ -105,6 +108,8 @@ pub(crate) fn repair<'py>(
         ("triangulated_polygons", report.triangulated),
         ("welded_vertices", report.welded_vertices.count()),
         ("dropped_out_of_range", report.dropped_out_of_range.count()),
+        ("not_finite_vertices", report.not_finite_vertices.count()),
+        ("dropped_not_finite", report.dropped_not_finite.count()),
         ("dropped_degenerate", report.dropped_degenerate.count()),
         ("dropped_duplicates", report.dropped_duplicates.count()),
         ("reversed_faces", report.flipped_faces.count()),

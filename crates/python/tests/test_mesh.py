@@ -130,6 +130,22 @@ def test_bad_arrays_are_refused(vertices: Any, faces: Any, error: type[Exception
     assert isinstance(caught.value, cm.CurvmeshError)
 
 
+def test_vertices_at_no_place_are_dropped_with_their_faces(tmp_path: Path) -> None:
+    nowhere = np.where(np.arange(4)[:, None] == 3, np.nan, SQUARE)
+    with pytest.raises(cm.NotFiniteError, match="drop_not_finite") as caught:
+        cm.Mesh(nowhere, TWO)
+    assert caught.value.repair == "drop_not_finite"
+    fixed = cm.repair((nowhere, TWO), drop_not_finite=True)
+    assert (fixed.mesh.vertex_count, fixed.mesh.face_count) == (3, 1)
+    assert fixed.counts["not_finite_vertices"] == 1 and fixed.counts["dropped_not_finite"] == 1
+    (tmp_path / "scan.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 nan\nf 1 2 3\nf 2 4 3\n")
+    scan = cm.read(tmp_path / "scan.obj")
+    with pytest.warns(cm.RepairWarning, match="undefined positions: 1"):
+        assert cm.distance(scan, scan).max == 0
+    with pytest.warns(cm.RepairWarning, match="undefined positions: 1"):
+        assert cm.curvature(scan).mean.shape == (4,)
+
+
 def test_the_error_has_ids_and_repair() -> None:
     def refused(faces: Any) -> cm.CurvmeshError:
         with pytest.raises(cm.CurvmeshError) as caught:

@@ -47,6 +47,7 @@ fn repair(u: &mut Unstructured<'_>) -> Result<Repair> {
     repair.reorient = flags & 8 != 0;
     repair.cut_non_manifold = flags & 16 != 0;
     repair.drop_unreferenced = flags & 32 != 0;
+    repair.drop_not_finite = flags & 64 != 0;
     Ok(repair)
 }
 

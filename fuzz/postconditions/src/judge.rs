@@ -136,7 +136,7 @@ pub fn violations(
     promise: &Promise,
 ) -> Vec<String> {
     let mut found = Vec::new();
-    not_finite(output.0, input.0, &mut found);
+    not_finite(output.0, input.0, promise.topology == Topology::Copied, &mut found);
     if promise.has_attributes {
         labels(input.0, output.0, &mut found);
     }
@@ -300,7 +300,7 @@ fn size(
 }
 
 /// Numbers that are not finite.
-fn not_finite(output: &Model, input: &Model, found: &mut Vec<String>) {
+fn not_finite(output: &Model, input: &Model, is_copy: bool, found: &mut Vec<String>) {
     let mut check = |what: &str, values: Vec<f64>| {
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
             found.push(format!("a {what} is {value}"));
@@ -308,11 +308,11 @@ fn not_finite(output: &Model, input: &Model, found: &mut Vec<String>) {
     };
     let wide = |numbers: &[f32]| numbers.iter().map(|&x| f64::from(x)).collect();
     // A conversion keeps the coordinates of the input, whatever they are.
-    if input.soup.positions().iter().all(|p| p.is_finite()) {
+    if !is_copy || input.soup.positions().iter().all(|p| p.is_finite()) {
         check("coordinate", output.soup.positions().iter().flat_map(DVec3::to_array).collect());
-    }
-    if let (Some(_), Some(uvs)) = (&input.corner_uvs, &output.corner_uvs) {
-        check("texture coordinate", wide(uvs.as_flattened()));
+        if let (Some(_), Some(uvs)) = (&input.corner_uvs, &output.corner_uvs) {
+            check("texture coordinate", wide(uvs.as_flattened()));
+        }
     }
     if let Some(normals) = &output.vertex_normals {
         check("normal", wide(normals.as_flattened()));

@@ -11,7 +11,7 @@ use crate::parts::{Choices, Parts};
 type Kind = (&'static str, fn(&mut Choices, f64) -> Parts);
 
 /// All kinds.
-const KINDS: [Kind; 25] = [
+const KINDS: [Kind; 26] = [
     ("box", cuboid),
     ("plate", plate),
     ("extrusion", extrusion),
@@ -37,6 +37,7 @@ const KINDS: [Kind; 25] = [
     ("outline", outline),
     ("rooms", rooms),
     ("patches", patches),
+    ("depth image", depth_image),
 ];
 
 /// The number of kinds.
@@ -60,9 +61,8 @@ pub fn named(name: &str) -> Option<usize> {
 /// A mesh of a kind. With `density` 1 it has a few hundred to a few thousand faces, with 10 a hundred times as many.
 #[must_use]
 pub fn mesh(kind: usize, seed: u64, density: f64) -> PolygonSoup {
-    let (name, make) = KINDS[kind % KINDS.len()];
-    let parts = make(&mut Choices::new(seed), density);
-    if name == "patches" { parts.apart() } else { parts.welded() }
+    let (_, make) = KINDS[kind % KINDS.len()];
+    make(&mut Choices::new(seed), density).soup()
 }
 
 impl Choices {
@@ -177,7 +177,7 @@ fn rooms(choose: &mut Choices, density: f64) -> Parts {
 
 /// A closed surface whose patches, or even faces, have vertices of their own.
 fn patches(choose: &mut Choices, density: f64) -> Parts {
-    let mut parts = Parts::default();
+    let mut parts = Parts { is_apart: true, ..Parts::default() };
     let (n, size) = (choose.cells(3, 16, density), choose.scale(0.5, 3.0));
     let is_round = choose.one_in(2);
     for side in 0..6 {
@@ -496,6 +496,21 @@ fn height_field(choose: &mut Choices, density: f64) -> Parts {
         let height = waves.iter().map(|&(wave, size)| size * wave.dot(at).sin()).sum::<f64>();
         DVec3::new(u, v, (height / unit).round() * unit)
     });
+    parts
+}
+
+/// A height field whose points have no height in some places.
+fn depth_image(choose: &mut Choices, density: f64) -> Parts {
+    let mut parts = height_field(choose, density);
+    for _ in 0..choose.count(1, 5) {
+        let (at, radius) =
+            (DVec2::from_array([0; 2].map(|_| choose.between(0.0, 1.0))), choose.between(0.0, 0.2));
+        let is_near = |p: &&mut DVec3| p.truncate().distance(at) <= radius;
+        parts.points.iter_mut().filter(is_near).for_each(|p| p.z = f64::NAN);
+    }
+    let last = parts.points.len() - 1;
+    parts.points[choose.count(0, last)].z = [f64::NAN, f64::INFINITY][choose.count(0, 1)];
+    parts.is_apart = true;
     parts
 }
 

@@ -38,11 +38,13 @@ impl Choices {
     }
 }
 
-/// Triangles in the making. Equal positions stay separate vertices until [`Parts::welded`].
+/// Triangles in the making. Equal positions stay separate vertices until [`Parts::soup`].
 #[derive(Default)]
 pub(crate) struct Parts {
     pub(crate) points: Vec<DVec3>,
     pub(crate) triangles: Vec<[u32; 3]>,
+    /// Whether equal positions stay separate vertices in [`Parts::soup`].
+    pub(crate) is_apart: bool,
 }
 
 impl Parts {
@@ -118,18 +120,17 @@ impl Parts {
 
     /// Three vertices of its own for each triangle.
     pub(crate) fn scattered(&self) -> Self {
-        let mut all = Self::default();
+        let mut all = Self { is_apart: self.is_apart, ..Self::default() };
         self.triangles.iter().for_each(|t| all.push(t.map(|v| self.points[v as usize])));
         all
     }
 
-    /// The vertices as they are.
-    pub(crate) fn apart(&self) -> PolygonSoup {
-        soup(&self.points, &self.triangles)
-    }
-
-    /// One vertex for each position, to a billionth of the size; faces that lose a corner are left out.
-    pub(crate) fn welded(&self) -> PolygonSoup {
+    /// One vertex for each position, to a billionth of the size, unless the parts stay apart; faces that lose a corner
+    /// are left out.
+    pub(crate) fn soup(&self) -> PolygonSoup {
+        if self.is_apart {
+            return soup(&self.points, &self.triangles);
+        }
         let size = self.points.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
         let key = |point: DVec3| (point / (1e-9 * size)).round().to_array().map(|x| x as i64);
         let mut numbers = std::collections::HashMap::new();

@@ -53,6 +53,8 @@ pub fn wear(mesh: &PolygonSoup, seed: u64) -> Worn {
     };
     let formats = match attributes {
         Attributes::Numbers => [Format::Ply; 3],
+        // glTF has no place for coordinates that are not finite.
+        Attributes::Charts if !points.iter().all(|p| p.is_finite()) => [Format::Obj; 3],
         Attributes::Charts => [Format::Obj, Format::Glb, Format::Obj],
         Attributes::None => [Format::Off, Format::Ply, Format::Stl],
     };
@@ -76,7 +78,8 @@ fn number(model: &mut Model, choose: &mut Choices, mesh: &PolygonSoup) {
     let (across, width) = (choose.direction(), choose.scale(0.1, 1.0));
     let points = mesh.positions();
     let stripe = |at: DVec3| (at.dot(across) / width).floor().rem_euclid(5.0);
-    let heights: Vec<f32> = points.iter().map(|p| p.dot(across) as f32).collect();
+    let height = |p: &DVec3| if p.is_finite() { p.dot(across) as f32 } else { 0.0 };
+    let heights: Vec<f32> = points.iter().map(height).collect();
     let zones: Vec<i32> = points.iter().map(|&p| stripe(p) as i32 * 7 - 3).collect();
     let parts: Vec<u8> = mesh
         .faces()

@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::args::{is_standard, parse_count};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::load::{Loading, Seconds, no_surface, surface};
 use crate::session::{Outcome, Session};
@@ -124,7 +125,7 @@ pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failu
 
 impl<'a> Version<'a> {
     fn read(path: &'a Path, loading: &Loading, console: &Console) -> Result<Self, Failure> {
-        let model = loading.content(path, console)?;
+        let model = loading.finite_content(path, console)?;
         Ok(Self { path, surface: surface(path, &model)?, model })
     }
 
@@ -214,9 +215,9 @@ fn table(original: &Version<'_>, found: &Results) -> String {
         .map(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0))
         .collect();
     let mut text = format!(
-        "{}: {} faces; distances are in % of its diagonal\n",
+        "{}: {}; distances are in % of its diagonal\n",
         printable(original.path.display()),
-        original.counts()[1]
+        counted(original.counts()[1], "faces")
     );
     for row in &rows {
         let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| {

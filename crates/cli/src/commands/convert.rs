@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::batch::{Job, check_output};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::Seconds;
@@ -59,11 +60,12 @@ pub(crate) fn run(options: &Convert, session: &Session) -> Result<Outcome, Failu
 }
 
 /// Further options that need one mesh: repairs.
-const NEEDING_ONE: [&str; 9] = [
+const NEEDING_ONE: [&str; 10] = [
     "strict",
     "lenient",
     "weld",
     "drop_out_of_range",
+    "drop_not_finite",
     "drop_degenerate",
     "drop_duplicates",
     "reorient",
@@ -111,6 +113,7 @@ fn report(
     console: &Console,
 ) -> Result<Done, Failure> {
     let report = task.report(console, counts, Nothing {}, seconds);
-    let brief = format!("{} vertices, {} faces", report.vertices, report.faces);
+    let brief =
+        format!("{}, {}", counted(report.vertices, "vertices"), counted(report.faces, "faces"));
     report.done(console, format!("{}: {brief}", report.subject()), brief)
 }

@@ -22,6 +22,7 @@ use serde::Serialize;
 use crate::args::{EstimatorPreset, FormatName};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::{Loading, Seconds};
@@ -220,7 +221,11 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
         options.look.write(page, &report, console)?;
     }
     let Results { patches, covered_faces, .. } = report.results;
-    let brief = format!("{patches} patches for {covered_faces} of {} faces", report.faces);
+    let brief = format!(
+        "{} for {covered_faces} of {}",
+        counted(patches, "patches"),
+        counted(report.faces, "faces")
+    );
     report.done(console, summary(&report), brief)
 }
 
@@ -494,11 +499,11 @@ fn summary(report: &Report<Results>) -> String {
         Some(tolerance) => format!("tolerance {tolerance:.6}, "),
         None => String::new(),
     };
-    let noun = if *patches == 1 { "patch" } else { "patches" };
     format!(
-        "{}: {patches} {noun} for {covered_faces} of {} faces in {:.3} s ({kept}largest error {max_error:.6})",
+        "{}: {} for {covered_faces} of {} in {:.3} s ({kept}largest error {max_error:.6})",
         report.subject(),
-        report.faces,
+        counted(*patches, "patches"),
+        counted(report.faces, "faces"),
         report.seconds.compute,
     )
 }

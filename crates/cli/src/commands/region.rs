@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::batch::{Shard, parse_shard};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::interrupt::{self, while_writing};
 use crate::large::{self, Level, RegionSettings};
@@ -66,7 +67,7 @@ enum RegionStep {
 
 #[derive(Debug, Args)]
 struct Split {
-    /// The file to read: PLY, STL or OBJ
+    /// The file to read
     #[arg(value_name = "IN", help_heading = None)]
     input: PathBuf,
     /// The folder for the regions
@@ -244,20 +245,21 @@ fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Fa
     };
     let text = match joined {
         Some(_) if next == "strips" => format!(
-            "level {}: {} faces in {} cells; collapse their seams: join one cell of level {}, which makes all cells",
+            "level {}: {} in {}; collapse their seams: join one cell of level {}, which makes all cells",
             plan.level,
-            plan.faces,
-            plan.cells,
+            counted(plan.faces, "faces"),
+            counted(plan.cells, "cells"),
             plan.level + 1
         ),
         Some(joined) => format!(
-            "level {}: {} faces in {} cells; reduce them, then join them to {joined} cells of level {}",
+            "level {}: {} in {}; reduce them, then join them to {} of level {}",
             plan.level,
-            plan.faces,
-            plan.cells,
+            counted(plan.faces, "faces"),
+            counted(plan.cells, "cells"),
+            counted(joined, "cells"),
             plan.level + 1
         ),
-        None => format!("level {}: {} faces; finish", plan.level, plan.faces),
+        None => format!("level {}: {}; finish", plan.level, counted(plan.faces, "faces")),
     };
     print(&report, &text, console)
 }
@@ -283,7 +285,11 @@ fn each_cell(
         faces += act(&work, cell).map_err(Failure::regions)?;
     }
     let report = Report { level: options.level, cells, faces, ..report(&work, step, console) };
-    print(&report, &format!("{step} of level {}: {faces} faces", options.level), console)
+    print(
+        &report,
+        &format!("{step} of level {}: {}", options.level, counted(faces, "faces")),
+        console,
+    )
 }
 
 /// The cells of a level that the options select.
@@ -334,7 +340,7 @@ fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outc
     let report = Report { level: plan.level, cells, faces, ..report(work, "finish", console) };
     let text = match cells {
         0 => "the result fits into memory: finish it as one mesh, with -o".to_owned(),
-        _ => format!("refined cells of level {}: {faces} faces", plan.level),
+        _ => format!("refined cells of level {}: {}", plan.level, counted(faces, "faces")),
     };
     print(&report, &text, console)
 }
@@ -404,7 +410,7 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     }
     let places = options.output.iter().chain(&options.tiles).map(|path| path.display().to_string());
     let places = places.collect::<Vec<_>>().join(", ");
-    let text = format!("{places}: {} faces", report.faces);
+    let text = format!("{places}: {}", counted(report.faces, "faces"));
     print(&report, &text, console)
 }
 

@@ -9,9 +9,10 @@ use mesh_core::fill::{FillOptions, FillReport};
 use mesh_work::{Loaded, repaired_scene};
 use serde::Serialize;
 
-use crate::args::{REPAIRS, is_standard};
+use crate::args::{REPAIRS, all_repairs, is_standard};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::{Made, Seconds, assemble, tell_cracks};
@@ -24,9 +25,9 @@ use crate::watertight::{Hole, Written, holes_of};
 /// Make an oriented manifold of triangles out of anything that can be read
 ///
 /// All repairs are made. If options name some, only the named ones are made; --weld says how vertices are
-/// merged. All repairs are reported. Non-finite coordinates cannot be repaired. The written file is read
-/// again: the report says whether it is watertight, and why holes are open. A scene that is written
-/// as glTF or GLB stays whole, unless holes are filled or it is for printing.
+/// merged. All repairs are reported. The written file is read again: the report says whether it is
+/// watertight, and why holes are open. A scene that is written as glTF or GLB stays whole, unless holes are
+/// filled or it is for printing.
 ///
 ///     curvmesh repair parts.stl -o whole.obj
 ///     curvmesh repair scan.ply -o closed.ply --weld 0.001% --fill-holes 100
@@ -173,7 +174,7 @@ fn asked(options: &Repair, named: Repairs) -> Repairs {
     if repair.names_some() {
         return named;
     }
-    let mut all = Repairs::lenient();
+    let mut all = all_repairs();
     if repair.weld.is_some() {
         all.weld = named.weld;
     }
@@ -319,7 +320,9 @@ impl Results {
 
 impl fmt::Display for Results {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} vertices, {} faces", self.vertices_out, self.faces_out)?;
+        let [vertices, faces] = [(self.vertices_out, "vertices"), (self.faces_out, "faces")]
+            .map(|(count, what)| counted(count, what));
+        write!(f, "{vertices}, {faces}")?;
         if self.unchanged && self.holes.is_none() {
             f.write_str(", nothing to repair")?;
         }
@@ -335,10 +338,10 @@ impl fmt::Display for Results {
             (self.dropped_vertices, "vertices dropped"),
         ];
         for (count, what) in counts.into_iter().filter(|&(count, _)| count > 0) {
-            write!(f, ", {count} {what}")?;
+            write!(f, ", {}", counted(count, what))?;
         }
         if let Some(Holes { filled, left, .. }) = &self.holes {
-            write!(f, ", {filled} holes filled")?;
+            write!(f, ", {}", counted(*filled, "holes filled"))?;
             if *left > 0 {
                 write!(f, ", {left} left")?;
             }
@@ -352,7 +355,7 @@ impl fmt::Display for Results {
                 (*separated_vertices, "touching vertices moved apart"),
             ];
             for (count, what) in counts.into_iter().filter(|&(count, _)| count > 0) {
-                write!(f, ", {count} {what}")?;
+                write!(f, ", {}", counted(count, what))?;
             }
         }
         Ok(())

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::args::{is_standard, parse_page};
 use crate::colormap::ColorOptions;
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
 use crate::session::{Outcome, Session};
@@ -130,7 +131,7 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     let results = Results { meshes: page.exhibits.len(), embedded_files };
     let report =
         Report::new(console, &options.inputs[0], counts, results, seconds).with_output(output);
-    let text = format!("{}: {} faces", report.subject(), report.faces);
+    let text = format!("{}: {}", report.subject(), counted(report.faces, "faces"));
     report.done(console, text, String::new())?.print(console)?;
     if options.output.is_none() && has_display() {
         // The page is written and named, so a browser that does not start is not an error.
@@ -171,7 +172,7 @@ impl View {
     fn exhibit(&self, path: &Path, console: &Console) -> Result<Exhibit, Failure> {
         let name = name_of(path);
         if !self.curvature {
-            let model = self.loading.content(path, console)?;
+            let model = self.loading.finite_content(path, console)?;
             return view::content(&name, path, &model, &self.loading);
         }
         let loaded = self.loading.load(path, console)?;

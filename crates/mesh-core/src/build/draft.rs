@@ -59,8 +59,11 @@ pub(crate) struct Draft<'a> {
 
 impl<'a> Draft<'a> {
     pub(super) fn new(soup: &'a PolygonSoup, repair: &'a Repair) -> Result<Self, BuildError> {
-        let draft = Self::unchecked(soup, repair)?;
-        screen::check_coordinates(soup, repair, &draft.left_out)?;
+        let mut draft = Self::unchecked(soup, repair)?;
+        let not_finite = screen::check_coordinates(soup, repair, &draft.left_out)?;
+        draft.report.dropped_not_finite = not_finite.iter().copied().collect();
+        draft.left_out.extend(not_finite);
+        draft.left_out.sort_unstable();
         Ok(draft)
     }
 
@@ -212,22 +215,29 @@ impl<'a> Draft<'a> {
         self.provenance.corner_source.retain(|_| retain.next() == Some(&false));
     }
 
-    /// Drops vertices that no triangle uses, if the repair asks for it.
+    /// Drops vertices that no triangle uses, if the repair asks for it: all of them, or those that are not finite.
     pub(super) fn drop_unreferenced(&mut self) {
-        if !self.repair.drop_unreferenced {
+        let Repair { drop_unreferenced, drop_not_finite, .. } = *self.repair;
+        if !drop_unreferenced && !drop_not_finite {
             return;
         }
-        let mut is_unused = vec![true; self.vertex_count()];
+        let mut is_dropped = vec![true; self.vertex_count()];
         for &vertex in self.triangles.as_flattened() {
-            is_unused[vertex as usize] = false;
+            is_dropped[vertex as usize] = false;
         }
-        let unused = is_unused.iter().zip(&self.provenance.vertex_source);
-        let sources = unused.filter_map(|(&unused, &source)| unused.then_some(source));
-        self.report.dropped_vertices = sources.collect();
-        if self.report.dropped_vertices.is_empty() {
+        for (is_dropped, &source) in is_dropped.iter_mut().zip(&self.provenance.vertex_source) {
+            let is_finite = !drop_not_finite || self.soup.positions()[source as usize].is_finite();
+            *is_dropped &= drop_unreferenced || !is_finite;
+            if *is_dropped && is_finite {
+                self.report.dropped_vertices.push(source);
+            } else if *is_dropped {
+                self.report.not_finite_vertices.push(source);
+            }
+        }
+        if self.report.dropped_vertices.is_empty() && self.report.not_finite_vertices.is_empty() {
             return;
         }
-        let renumbered = self.remove_vertices(&is_unused);
+        let renumbered = self.remove_vertices(&is_dropped);
         for vertex in self.triangles.to_mut().as_flattened_mut() {
             *vertex = renumbered[*vertex as usize];
         }

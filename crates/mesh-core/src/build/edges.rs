@@ -3,6 +3,8 @@
 //! *Side* `3 f + k` of triangle `f` runs from its corner `k` to the next one. Corner `3 f + k` has
 //! the same number, so a corner is where its side starts.
 
+use glam::DVec3;
+
 use crate::index::as_u32;
 pub(crate) use crate::topology::pairing::next;
 use crate::topology::pairing::{bucket_by_smaller_vertex, larger_end, side_ends};
@@ -64,6 +66,18 @@ pub(crate) fn edge_ends(triangles: &[[u32; 3]], side: u32) -> [u32; 2] {
 /// Whether two sides of one edge run in the same direction.
 pub(crate) fn same_direction(triangles: &[[u32; 3]], a: u32, b: u32) -> bool {
     side_ends(triangles, a)[0] == side_ends(triangles, b)[0]
+}
+
+/// How far the apex of a side's triangle lies from the side, as a vector; the side contains `origin` and runs along `axis`.
+pub(crate) fn across(
+    position: impl Fn(u32) -> DVec3,
+    triangles: &[[u32; 3]],
+    side: u32,
+    origin: DVec3,
+    axis: DVec3,
+) -> DVec3 {
+    let arm = position(triangles.as_flattened()[previous(side) as usize]) - origin;
+    arm - arm.dot(axis) * axis
 }
 
 /// The edge's two sides, if there are two and they run in opposite directions.

@@ -30,7 +30,7 @@ pub enum BuildError {
         distance: f64,
     },
     /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} is at ({}, {}, {}), which is not finite ({}); correct the input: no repair invents coordinates", position[0], position[1], position[2], such(vertices, "vertex", "vertices"))]
+    #[error("vertex {vertex} is at ({}, {}, {}), which is not finite ({}); `drop_not_finite` drops such vertices with their faces", position[0], position[1], position[2], such(vertices, "vertex", "vertices"))]
     NonFiniteCoordinate {
         /// The first such vertex.
         vertex: u32,

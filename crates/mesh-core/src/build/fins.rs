@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::build::edges::{EdgeTable, edge_ends, previous, proper_pair, same_direction};
+use crate::build::edges::{EdgeTable, across, edge_ends, proper_pair, same_direction};
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::pairing::side_ends;
 
@@ -108,9 +108,6 @@ fn by_direction(triangles: &[[u32; 3]], sides: &[u32]) -> (Vec<u32>, Vec<u32>) {
 fn bend(position: impl Fn(u32) -> DVec3, triangles: &[[u32; 3]], a: u32, b: u32) -> f64 {
     let [from, to] = side_ends(triangles, a).map(&position);
     let axis = (to - from).normalize_or_zero();
-    let [a, b] = [a, b].map(|side| {
-        let arm = position(triangles.as_flattened()[previous(side) as usize]) - from;
-        (arm - arm.dot(axis) * axis).normalize_or_zero()
-    });
-    a.dot(b)
+    let arm = |side| across(&position, triangles, side, from, axis).normalize_or_zero();
+    arm(a).dot(arm(b))
 }

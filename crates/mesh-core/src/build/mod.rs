@@ -2,7 +2,7 @@
 //!
 //! [`build()`] takes these steps, each in a file of its own:
 //!
-//! 1. faces with indices out of range and coordinates that are not finite are refused (`screen`);
+//! 1. faces with indices out of range and vertices whose coordinates are not finite are dropped (`screen`);
 //! 2. vertices are welded (`weld`);
 //! 3. polygons are cut into triangles (`triangulate`);
 //! 4. triangles that use a vertex twice are dropped;

@@ -45,8 +45,8 @@ impl Weld {
 
 /// Which repairs [`crate::build()`] may make, each of them off by default.
 ///
-/// Every repair is listed in the [`BuildReport`](crate::build::BuildReport). Two things are never repaired: coordinates
-/// that are not finite, and meshes too large for 32-bit indices.
+/// Every repair is listed in the [`BuildReport`](crate::build::BuildReport). Meshes too large for 32-bit indices are
+/// never repaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
@@ -56,6 +56,9 @@ pub struct Repair {
     pub weld: Weld,
     /// Drop faces that refer to vertices that do not exist.
     pub drop_out_of_range: bool,
+    /// Drop vertices whose position is infinite or not a number, and the faces at them. Depth cameras store pixels
+    /// without depth that way.
+    pub drop_not_finite: bool,
     /// Drop faces with fewer than three corners, and triangles that use a vertex twice. Triangles
     /// of zero area with three distinct vertices stay: dropping them would open cracks.
     pub drop_degenerate: bool,
@@ -89,7 +92,7 @@ impl Repair {
         Self::default()
     }
 
-    /// Every repair, with an exact weld: builds a mesh from any soup whose coordinates are finite.
+    /// Every repair but `drop_not_finite`, with an exact weld: builds a mesh from any soup whose coordinates are finite.
     ///
     /// The weld is exact because equal coordinates are how files store one vertex several times
     /// (STL always; other formats at texture seams); a distance would depend on the model's scale.
@@ -98,6 +101,7 @@ impl Repair {
         Self {
             weld: Weld::Exact,
             drop_out_of_range: true,
+            drop_not_finite: false,
             drop_degenerate: true,
             drop_duplicates: true,
             reorient: true,

@@ -26,6 +26,10 @@ pub struct BuildReport {
     pub welded_vertices: Sample<u32>,
     /// Faces dropped because they refer to vertices that do not exist.
     pub dropped_out_of_range: Sample<u32>,
+    /// Vertices dropped because their position is infinite or not a number.
+    pub not_finite_vertices: Sample<u32>,
+    /// Faces dropped because such a vertex is a corner of them.
+    pub dropped_not_finite: Sample<u32>,
     /// Faces that lost a triangle that uses a vertex twice (or that had fewer than three corners),
     /// once for each triangle.
     pub dropped_degenerate: Sample<u32>,
@@ -84,6 +88,18 @@ impl BuildReport {
                 "dropped faces with indices out of range",
                 self.dropped_out_of_range.count(),
                 &self.dropped_out_of_range,
+            ),
+            repaired(
+                "dropped vertices at infinite or undefined positions",
+                "dropped vertices at infinite or undefined positions",
+                self.not_finite_vertices.count(),
+                &self.not_finite_vertices,
+            ),
+            repaired(
+                "dropped faces with infinite or undefined positions",
+                "dropped faces with infinite or undefined positions",
+                self.dropped_not_finite.count(),
+                &self.dropped_not_finite,
             ),
             met("polygons cut into triangles", self.triangulated, &self.triangulated),
             met(

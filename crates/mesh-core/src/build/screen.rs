@@ -68,21 +68,25 @@ pub(crate) fn check_faces(
     Ok(left_out)
 }
 
-/// Refuses coordinates that are not finite, except of vertices that will be dropped as unused.
+/// Refuses coordinates that are not finite, except of vertices that will be dropped. Returns the faces that go with
+/// them, ascending.
 pub(crate) fn check_coordinates(
     soup: &PolygonSoup,
     repair: &Repair,
     left_out: &[u32],
-) -> Result<(), BuildError> {
+) -> Result<Vec<u32>, BuildError> {
     if soup.positions().iter().all(|position| position.is_finite()) {
-        return Ok(());
+        return Ok(Vec::new());
+    }
+    let is_kept = |id: &u32| left_out.binary_search(id).is_err();
+    if repair.drop_not_finite {
+        let is_bad = |&vertex: &u32| !soup.positions()[vertex as usize].is_finite();
+        let faces = (0..as_u32(soup.face_count())).filter(is_kept);
+        return Ok(faces.filter(|&id| soup.face(id as usize).iter().any(is_bad)).collect());
     }
     let mut matters = vec![!repair.drop_unreferenced; soup.vertex_count()];
-    let mut left_out = left_out.iter().peekable();
-    for (id, face) in soup.faces().enumerate() {
-        if left_out.next_if_eq(&&as_u32(id)).is_none() {
-            face.iter().for_each(|&vertex| matters[vertex as usize] = true);
-        }
+    for id in (0..as_u32(soup.face_count())).filter(is_kept) {
+        soup.face(id as usize).iter().for_each(|&vertex| matters[vertex as usize] = true);
     }
     let positions = soup.positions().iter().zip(matters).enumerate();
     let vertices: Sample<u32> = positions
@@ -94,6 +98,6 @@ pub(crate) fn check_coordinates(
             let position = soup.positions()[vertex as usize].to_array();
             Err(BuildError::NonFiniteCoordinate { vertex, position, vertices })
         }
-        None => Ok(()),
+        None => Ok(Vec::new()),
     }
 }

@@ -9,7 +9,7 @@ use core::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::build::edges::{edge_ends, previous, same_direction};
+use crate::build::edges::{across, edge_ends, same_direction};
 use crate::topology::pairing::side_ends;
 
 /// What the two faces of a pair enclose.
@@ -54,10 +54,7 @@ pub(crate) fn pairs_around(
     let [from, to] = edge_ends(triangles, first);
     let origin = position(from);
     let axis = (position(to) - origin).normalize_or_zero();
-    let arm = |side: u32| {
-        let arm = position(triangles.as_flattened()[previous(side) as usize]) - origin;
-        arm - arm.dot(axis) * axis
-    };
+    let arm = |side: u32| across(&position, triangles, side, origin, axis);
     let x = arm(first);
     let y = axis.cross(x);
     let begins = |side: u32| (side_ends(triangles, side)[0] == from) == is_inside_out;

@@ -33,7 +33,7 @@ _REPAIRS = {
     "unreferenced_vertices": "drop_unreferenced",
     "zero_area_faces": "",
     "sliver_faces": "",
-    "non_finite_vertices": "",
+    "non_finite_vertices": "drop_not_finite",
 }
 
 
@@ -195,6 +195,7 @@ def repair(
     weld: Length | None = None,
     relative: bool = False,
     drop_out_of_range: bool = False,
+    drop_not_finite: bool = False,
     drop_degenerate: bool = False,
     drop_duplicates: bool = False,
     reorient: bool = False,
@@ -203,7 +204,7 @@ def repair(
     fill_holes: int | str | None = None,
     threads: int | None = None,
 ) -> Repaired:
-    """Make an oriented manifold of triangles from any mesh with finite coordinates.
+    """Make an oriented manifold of triangles from any mesh.
 
     All repairs are made unless some are named; then only these are made. `weld` determines how vertices are
     merged.
@@ -211,7 +212,7 @@ def repair(
     Parameters
     ----------
     mesh : mesh-like
-        See :func:`curvmesh.as_mesh`; indices may be out of range.
+        See :func:`curvmesh.as_mesh`; indices may be out of range, and coordinates infinite or NaN.
     weld : str or float, optional
         Merge vertices at equal positions (``"exact"``), only where open edges lie on each other (``"seams"``),
         within a distance (a number, or ``"0.01%"``), or not (``"none"``).
@@ -220,6 +221,8 @@ def repair(
     drop_out_of_range, drop_degenerate, drop_duplicates : bool
         Drop faces that refer to vertices that do not exist, that use a vertex twice, or that have the vertices
         of an earlier face.
+    drop_not_finite : bool
+        Drop vertices at infinite or undefined positions, and the faces at them.
     reorient : bool
         Reverse faces until neighbours agree and components face outward.
     cut_non_manifold : bool
@@ -242,6 +245,7 @@ def repair(
     """
     named = {
         "drop_out_of_range": drop_out_of_range,
+        "drop_not_finite": drop_not_finite,
         "drop_degenerate": drop_degenerate,
         "drop_duplicates": drop_duplicates,
         "reorient": reorient,

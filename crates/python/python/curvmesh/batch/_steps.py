@@ -303,6 +303,7 @@ STEPS = {
             "weld": _LENGTH,
             "relative": _FLAG,
             "drop_out_of_range": _FLAG,
+            "drop_not_finite": _FLAG,
             "drop_degenerate": _FLAG,
             "drop_duplicates": _FLAG,
             "reorient": _FLAG,
