@@ -128,16 +128,29 @@ pub(crate) fn off_word(word: &[u8]) -> Option<(Vec<u8>, &[u8])> {
 }
 
 /// Whether a file is binary STL: its length matches the count in its header, or it starts with `solid` and contains
-/// bytes that do not occur in text.
+/// bytes that do not occur in text. If the length is unknown, as of standard input, the first facets have to be
+/// possible ones.
 pub(crate) fn is_binary_stl(head: &[u8], size: Option<u64>) -> bool {
     let Some(&count) = head.get(80..84).and_then(<[u8]>::first_chunk::<4>) else { return false };
     let expected = 84 + 50 * u64::from(u32::from_le_bytes(count));
     if size == Some(expected) {
         return true;
     }
-    head.len() >= 5
-        && head[..5].eq_ignore_ascii_case(b"solid")
-        && head.iter().take(512).any(|&byte| byte == 0 || byte >= 0xF8)
+    let is_text = !head.iter().take(512).any(|&byte| byte == 0 || byte >= 0xF8);
+    let says_solid = head.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    !is_text && (says_solid || (size.is_none() && has_facets(&head[84..], count)))
+}
+
+/// Whether there are several facets of binary STL, but no more than announced: coordinates that are 0 or neither tiny nor
+/// huge. Other bytes have this property at random only if they are very few.
+fn has_facets(bytes: &[u8], count: [u8; 4]) -> bool {
+    let facets = bytes.chunks_exact(50);
+    let is_possible = |bytes: &[u8; 4]| {
+        let value = f32::from_le_bytes(*bytes).abs();
+        value == 0.0 || (1e-20..1e20).contains(&value)
+    };
+    (4..=u32::from_le_bytes(count) as usize).contains(&facets.len())
+        && facets.flat_map(|facet| facet[..48].as_chunks::<4>().0).all(is_possible)
 }
 
 /// The first word of every line that is neither empty nor a comment.

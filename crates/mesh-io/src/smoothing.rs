@@ -1,4 +1,5 @@
-//! Normals from smoothing groups, for formats that have normals but no groups.
+//! Normals in the form that a format has: from smoothing groups where it has no groups, of vertices where it has none of
+//! corners.
 
 use crate::format::Format;
 use crate::model::Model;
@@ -6,8 +7,16 @@ use glam::DVec3;
 use std::borrow::Cow;
 
 /// The model with normals instead of smoothing groups, if the format has normals that can express them. A model with
-/// its own normals keeps them and its groups.
+/// its own normals keeps them and its groups; normals of corners become normals of vertices if all corners of every
+/// vertex agree and the format has no others.
 pub(crate) fn with_normals(model: Cow<'_, Model>, format: Format) -> Cow<'_, Model> {
+    if let (Format::Ply | Format::Off, Some(of_corners), None) =
+        (format, &model.corner_normals, &model.vertex_normals)
+        && let Some(normals) = vertex_normals(&model, of_corners)
+    {
+        let model = model.into_owned();
+        return Cow::Owned(Model { vertex_normals: Some(normals), corner_normals: None, ..model });
+    }
     let has_normals = model.corner_normals.is_some() || model.vertex_normals.is_some();
     let Some(groups) = model.face_smoothing.as_deref().filter(|_| !has_normals) else {
         return model;
