@@ -1,10 +1,10 @@
 //! Transfer of texture coordinates, normals, colours, labels and materials to a simplified mesh.
 //!
 //! Seams are feature lines of the simplification, as far as the wanted number of faces leaves room for them. Attributes
-//! inside the charts are part of its cost. Each corner of the result then takes the attributes of the input at the
-//! closest point in its chart.
+//! inside the charts are part of its cost. Each corner of the result then takes the texture coordinates of the input at
+//! the closest point in its chart, and all other data at the closest point of the surface.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, VertexMap, as_u32};
 use mesh_io::{Blend, Model, ModelError};
 use simplify::{
@@ -190,13 +190,11 @@ impl Attributes {
         result: &TriMesh,
         became: &VertexMap<Option<VertexId>>,
     ) -> Sources {
-        let sources = corner_sources(
-            loaded.mesh,
-            self.kept_seams(),
-            self.merged.as_ref().map(|merged| &merged.charts),
-            result,
-            became,
-        );
+        let find = |charts| corner_sources(loaded.mesh, self.kept_seams(), charts, result, became);
+        let closest = find(None);
+        // A face takes texture coordinates from one chart. Data of vertices are not bound to charts.
+        let in_charts = self.merged.as_ref().map(|merged| find(Some(&merged.charts)));
+        let sources = in_charts.as_ref().unwrap_or(&closest);
         let topology = result.topology();
         // An isolated vertex has its position only.
         let mut vertices = vec![Blend::one(0); topology.vertex_capacity()];
@@ -205,20 +203,21 @@ impl Attributes {
                 vertices[new.index()] = Blend::one(loaded.provenance.vertex_source[old.index()]);
             }
         }
-        let (mut faces, mut corners) = (Vec::new(), Vec::new());
+        let (mut faces, mut corners, mut points) = (Vec::new(), Vec::new(), Vec::new());
         for face in topology.faces() {
             let sides = topology.face_half_edges(face);
-            let blends = sides.map(|h| self.blend(loaded, &sources, h));
-            for (h, blend) in sides.into_iter().zip(&blends) {
+            let at_points = sides.map(|h| self.blend(loaded, &closest, h));
+            for (h, blend) in sides.into_iter().zip(&at_points) {
                 let vertex = |corner: u32| loaded.model.soup.corners()[corner as usize];
                 let sources = blend.sources.map(vertex);
                 vertices[topology.origin(h).index()] = Blend { sources, ..*blend };
             }
             let source = sides.iter().find_map(|&h| sources[h]).map_or(0, |s| s.face.index());
             faces.push(loaded.provenance.face_source.get(source).copied().unwrap_or(0));
-            corners.push(blends);
+            corners.push(sides.map(|h| self.blend(loaded, sources, h)));
+            points.push(at_points);
         }
-        Sources { vertices, faces, corners }
+        Sources { vertices, faces, corners, points }
     }
 
     /// The simplified mesh with the attributes of the input.
@@ -226,13 +225,23 @@ impl Attributes {
         &self,
         loaded: Source<'_>,
         result: &TriMesh,
-        Sources { vertices, faces, corners }: &Sources,
+        Sources { vertices, faces, corners, points }: &Sources,
     ) -> Result<Model, ModelError> {
         let triangles: Vec<[u32; 3]> = result.topology().triangles().collect();
         let mut model =
             loaded.model.blended(result.positions(), &triangles, vertices, faces, corners)?;
         if self.flat_shaded {
             model.corner_normals = None;
+        }
+        if let (Some(new), Some(old), Some(_)) =
+            (&mut model.corner_normals, &loaded.model.corner_normals, &self.merged)
+        {
+            for (normal, Blend { sources, weights }) in new.iter_mut().zip(points.as_flattened()) {
+                let sum = sources.iter().zip(weights).map(|(&corner, &weight)| {
+                    old.get(corner as usize).map_or(Vec3::ZERO, |&n| weight as f32 * Vec3::from(n))
+                });
+                *normal = sum.sum::<Vec3>().try_normalize().map_or(*normal, Vec3::into);
+            }
         }
         if let Some(normals) = &mut model.corner_normals {
             settle_normals(normals.as_chunks_mut().0, result, self.rules.crease_angle);
@@ -259,8 +268,10 @@ pub(crate) struct Sources {
     pub(crate) vertices: Vec<Blend>,
     /// For each face, a face of the model.
     pub(crate) faces: Vec<u32>,
-    /// For the corners of each face, corners of the model.
+    /// For the corners of each face, corners of the model in one chart.
     pub(crate) corners: Vec<[Blend; 3]>,
+    /// For the corners of each face, the corners of the model at the closest point, in any chart.
+    pub(crate) points: Vec<[Blend; 3]>,
 }
 
 /// Normals whose components differ by less are equal.
@@ -273,7 +284,7 @@ const OF_FACE: f64 = 0.9986;
 /// have equal normals on both sides.
 fn is_flat_shaded(mesh: &TriMesh, seams: &Seams, normals: &[[f32; 3]]) -> bool {
     let topology = mesh.topology();
-    let normal = |h: HalfEdgeId| glam::Vec3::from(normals[seams.corner(h)]);
+    let normal = |h: HalfEdgeId| Vec3::from(normals[seams.corner(h)]);
     let same = |a, b| normal(a).abs_diff_eq(normal(b), SAME_NORMAL);
     let is_uniform = |&f: &_| {
         let [a, b, c] = topology.face_half_edges(f);

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use mesh_core::Repair;
-use mesh_io::Model;
+use mesh_io::{Model, Scalars};
 use mesh_metric::{Surface, sample_surface};
 use mesh_work::{AttributeRules, Attributes, ConstraintChoices, LevelRecord, LevelSteps, Loaded};
 use proptest::prelude::*;
@@ -92,6 +92,37 @@ fn mean_distance(small: &Simplified) -> f64 {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
+
+    /// Texture coordinates are bound to charts. Numbers, colours and normals are not: they stay where they are.
+    #[test]
+    fn data_of_vertices_cross_the_borders_of_merged_charts(
+        cells in 6_usize..13,
+        size in 1_usize..4,
+        ratio in 0.1..0.4_f64,
+    ) {
+        let mut model = patchwork(cells, size);
+        let points = model.soup.positions().to_vec();
+        let coordinate = |axis: usize| points.iter().map(|p| p[axis]).collect::<Vec<f64>>();
+        model.vertex_scalars = (0..3).map(|k| Scalars::new(["x", "y", "z"][k], coordinate(k))).collect();
+        let color = |p: &DVec3| [p.x, p.y, p.z, 1.0].map(|c| (0.5 + 0.5 * c) as f32);
+        model.vertex_colors = Some(points.iter().map(color).collect());
+        let normal = |&v: &u32| points[v as usize].as_vec3().to_array();
+        model.corner_normals = Some(model.soup.corners().iter().map(normal).collect());
+        let faces = (ratio * model.soup.face_count() as f64) as usize;
+        let (_, result, merged) = simplified(&model, faces, true);
+        prop_assume!(merged.is_some());
+        let (colors, normals) = (result.vertex_colors.unwrap(), result.corner_normals.unwrap());
+        for (v, at) in result.soup.positions().iter().enumerate() {
+            let value = DVec3::from([0, 1, 2].map(|k| result.vertex_scalars[k].values.get(v).unwrap()));
+            prop_assert!(value.distance(*at) < 0.12, "{value} at {at}");
+            let [r, g, b, _] = colors[v].map(|c| 2.0 * f64::from(c) - 1.0);
+            prop_assert!(DVec3::new(r, g, b).distance(*at) < 0.12);
+        }
+        for (&v, normal) in result.soup.corners().iter().zip(normals) {
+            let at = result.soup.positions()[v as usize].normalize();
+            prop_assert!(DVec3::from(normal.map(f64::from)).distance(at) < 0.12);
+        }
+    }
 
     /// Small charts neither stop the run nor ruin the shape, and every face shows a part of one chart.
     #[test]

@@ -43,10 +43,12 @@ impl Part {
         let source = self.loaded.source();
         let corners = &source.provenance.corner_source;
         let carried = self.loaded.to_model(corners)?;
+        let corners: Vec<_> = corners.iter().map(|corners| corners.map(Blend::one)).collect();
         let sources = Sources {
             vertices: Vec::new(),
             faces: source.provenance.face_source.clone(),
-            corners: corners.iter().map(|corners| corners.map(Blend::one)).collect(),
+            points: corners.clone(),
+            corners,
         };
         let primitives = transfer(source.model, &self.primitives, source.mesh, &sources, &carried);
         Ok(NewMesh { mesh: self.mesh, primitives })

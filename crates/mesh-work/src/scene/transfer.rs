@@ -4,6 +4,9 @@
 //! colours, numbers with fractions and morph targets are interpolated there, in the type of the file. Whole numbers,
 //! which are labels, are those of the nearest vertex. Joints and weights of skins are combined, and the largest weights
 //! kept. Normals are those of the carried model. Tangents are made perpendicular to them.
+//!
+//! Where charts are merged, the point of texture coordinates and tangents is in the chart of the face. The point of all
+//! other data is the closest one, which can be in another chart and another primitive.
 
 use std::collections::HashMap;
 
@@ -21,10 +24,13 @@ pub(super) fn transfer(
     sources: &Sources,
     carried: &Model,
 ) -> Vec<NewPrimitive> {
+    let skins = primitives.iter().map(skin).collect();
+    let given = Given { model, primitives, skins };
     let mut all: Vec<Primitive<'_>> =
-        primitives.iter().map(|old| Primitive::new(model, old, carried)).collect();
-    let faces = result.topology().triangles().zip(&sources.faces).zip(&sources.corners);
-    for (face, ((vertices, &source), blends)) in faces.enumerate() {
+        (0..primitives.len()).map(|place| Primitive::new(&given, place, carried)).collect();
+    let blends = sources.corners.iter().zip(&sources.points);
+    let faces = result.topology().triangles().zip(&sources.faces).zip(blends);
+    for (face, ((vertices, &source), (in_chart, at_point))) in faces.enumerate() {
         let place = primitives.partition_point(|p| p.faces.end <= source as usize);
         let Some(primitive) = all.get_mut(place) else { continue };
         let corner = |k: usize| {
@@ -36,7 +42,7 @@ pub(super) fn transfer(
                 normal: normal.map(|normal| DVec3::from(normal.map(f64::from))),
             }
         };
-        primitive.triangle([0, 1, 2].map(|k| (corner(k), blends[k])));
+        primitive.triangle([0, 1, 2].map(|k| (corner(k), [in_chart[k], at_point[k]])));
     }
     all.into_iter().map(Primitive::finish).collect()
 }
@@ -69,15 +75,23 @@ struct Column<'m> {
     rule: Rule,
 }
 
+/// The input.
+struct Given<'m> {
+    model: &'m Model,
+    primitives: &'m [ScenePrimitive],
+    /// For each primitive, the sets of joints and weights.
+    skins: Vec<Vec<[&'m VertexData; 2]>>,
+}
+
 /// A primitive of the result while it grows.
 struct Primitive<'m> {
-    model: &'m Model,
+    given: &'m Given<'m>,
+    /// The place of the primitive in the input.
+    place: usize,
     old: &'m ScenePrimitive,
     columns: Vec<Column<'m>>,
     /// The columns of each morph target.
     targets: Vec<Vec<Column<'m>>>,
-    /// The sets of joints and weights.
-    skin: Vec<[&'m VertexData; 2]>,
     /// The distinct vertices: the vertex of the mesh, and all values.
     known: HashMap<(u32, Vec<u8>), u32>,
     distinct: Vec<(u32, Vec<u8>)>,
@@ -85,39 +99,36 @@ struct Primitive<'m> {
 }
 
 impl<'m> Primitive<'m> {
-    fn new(model: &'m Model, old: &'m ScenePrimitive, carried: &Model) -> Self {
-        let find = |name: &str| old.attributes.iter().find(|data| data.name == name);
-        let sets = (0..).map_while(|set: usize| {
-            let pair = [find(&format!("JOINTS_{set}"))?, find(&format!("WEIGHTS_{set}"))?];
-            pair.iter().all(|data| data.width == 4).then_some(pair)
-        });
-        let skin: Vec<[&VertexData; 2]> = sets.collect();
+    fn new(given: &'m Given<'m>, place: usize, carried: &Model) -> Self {
+        let old = &given.primitives[place];
+        let skin_sets = given.skins[place].len();
         // A flat-shaded mesh has no normals, which tangents need.
         let is_kept = |data: &&VertexData| {
             carried.corner_normals.is_some() || !matches!(data.name.as_str(), "NORMAL" | "TANGENT")
         };
         let column = |old: &'m VertexData| {
-            let rule = rule(old, skin.len());
+            let rule = rule(old, skin_sets);
             Column { old, new: new_type(old, rule), rule }
         };
         let delta = |old: &'m VertexData| Column { old, new: old.empty(), rule: Rule::Blend };
         let columns = old.attributes.iter().filter(is_kept).map(column).collect();
         let targets = old.targets.iter().map(|t| t.iter().filter(is_kept).map(delta).collect());
         Self {
-            model,
+            given,
+            place,
             old,
             columns,
             targets: targets.collect(),
-            skin,
             known: HashMap::new(),
             distinct: Vec::new(),
             triangles: Vec::new(),
         }
     }
 
-    fn triangle(&mut self, corners: [(Corner, Blend); 3]) {
-        let triangle = corners.map(|(corner, blend)| {
-            let values = self.values(&corner, self.sources(&blend, corner.position));
+    /// Adds a face. Each corner has the point of its texture coordinates, and the point of its other data.
+    fn triangle(&mut self, corners: [(Corner, [Blend; 2]); 3]) {
+        let triangle = corners.map(|(corner, blends)| {
+            let values = self.values(&corner, blends);
             let next = as_u32(self.distinct.len());
             let key = (corner.vertex, values);
             match self.known.get(&key) {
@@ -138,91 +149,77 @@ impl<'m> Primitive<'m> {
         let corners = 3 * self.old.faces.start..3 * self.old.faces.end;
         let used = blend.sources.iter().zip(blend.weights).filter(|(_, weight)| *weight != 0.0);
         if used.clone().all(|(corner, _)| corners.contains(&(*corner as usize))) {
-            let first = self.vertex(blend.nearest());
-            let local = |(corner, weight): (u32, f64)| {
-                if weight == 0.0 { first } else { self.vertex(corner) }
-            };
-            let [a, b, c] = blend.sources;
-            let [x, y, z] = blend.weights;
-            return Blend { sources: [(a, x), (b, y), (c, z)].map(local), ..*blend };
+            return self.local(self.old, blend);
         }
         let distance = |corner: &usize| {
-            let vertex = self.model.soup.corners().get(*corner).copied().unwrap_or(0);
-            let position = self.model.soup.positions().get(vertex as usize);
+            let vertex = self.given.model.soup.corners().get(*corner).copied().unwrap_or(0);
+            let position = self.given.model.soup.positions().get(vertex as usize);
             position.map_or(f64::INFINITY, |position| position.distance_squared(at))
         };
         let nearest = corners.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        Blend::one(self.vertex(as_u32(nearest.unwrap_or(0))))
+        Blend::one(self.vertex(self.old, as_u32(nearest.unwrap_or(0))))
     }
 
-    /// The vertex of the primitive at a corner of the model.
-    fn vertex(&self, corner: u32) -> u32 {
-        let vertex = self.model.soup.corners().get(corner as usize).copied().unwrap_or(0);
-        vertex.saturating_sub(self.old.first_vertex)
+    /// Corners of the model as vertices of their primitive.
+    fn local(&self, primitive: &ScenePrimitive, blend: &Blend) -> Blend {
+        let first = self.vertex(primitive, blend.nearest());
+        let local = |(corner, weight): (u32, f64)| {
+            if weight == 0.0 { first } else { self.vertex(primitive, corner) }
+        };
+        let [a, b, c] = blend.sources;
+        let [x, y, z] = blend.weights;
+        Blend { sources: [(a, x), (b, y), (c, z)].map(local), ..*blend }
+    }
+
+    /// The vertex of a primitive at a corner of the model.
+    fn vertex(&self, primitive: &ScenePrimitive, corner: u32) -> u32 {
+        let vertex = self.given.model.soup.corners().get(corner as usize).copied().unwrap_or(0);
+        vertex.saturating_sub(primitive.first_vertex)
+    }
+
+    /// The place of the primitive at a point, if it has the same attributes, and the point in its vertices. Otherwise of
+    /// this primitive.
+    fn at_point(&self, blend: &Blend, at: DVec3) -> (usize, Blend) {
+        let face = blend.nearest() as usize / 3;
+        let place = self.given.primitives.partition_point(|p| p.faces.end <= face);
+        match self.given.primitives.get(place) {
+            Some(other) if place != self.place && has_same_columns(self.old, other) => {
+                (place, self.local(other, blend))
+            }
+            _ => (self.place, self.sources(blend, at)),
+        }
     }
 
     /// All values of a corner, in the order of the columns.
-    fn values(&self, corner: &Corner, blend: Blend) -> Vec<u8> {
+    fn values(&self, corner: &Corner, [in_chart, at_point]: [Blend; 2]) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let is_copy = blend.weights.contains(&1.0) && self.has_unit_sum(blend.nearest());
-        let influences = if is_copy { Vec::new() } else { self.influences(&blend) };
+        let (place, point) = self.at_point(&at_point, corner.position);
+        let in_chart = if in_chart == at_point && place == self.place {
+            point
+        } else {
+            self.sources(&in_chart, corner.position)
+        };
+        let (primitive, skin) = (&self.given.primitives[place], &self.given.skins[place]);
+        let is_copy = point.weights.contains(&1.0) && has_unit_sum(skin, point.nearest());
+        let influences = if is_copy { Vec::new() } else { influences(skin, &point) };
+        let same = |old: &'m VertexData, all: &'m [VertexData]| {
+            all.iter().find(|data| data.name == old.name).unwrap_or(old)
+        };
         for column in &self.columns {
-            column.push(corner, &blend, &influences, &mut bytes);
+            if column.old.name.starts_with("TEXCOORD_") || column.rule == Rule::Tangent {
+                column.push(column.old, corner, &in_chart, &[], &mut bytes);
+            } else {
+                let old = same(column.old, &primitive.attributes);
+                column.push(old, corner, &point, &influences, &mut bytes);
+            }
         }
-        for column in self.targets.iter().flatten() {
-            column.push(corner, &blend, &[], &mut bytes);
+        for (columns, all) in self.targets.iter().zip(&primitive.targets) {
+            for column in columns {
+                column.push(same(column.old, all), corner, &point, &[], &mut bytes);
+            }
         }
         bytes
     }
-
-    /// Whether the weights of a vertex have the sum 1, up to rounding.
-    fn has_unit_sum(&self, vertex: u32) -> bool {
-        let weights = self.skin.iter().flat_map(|[_, weights]| {
-            (0..4).map(|k| weights.get(vertex as usize, k) / weights.one())
-        });
-        let sum: f64 = weights.sum();
-        // All weights may be 0, which leaves the vertex to the reader.
-        sum == 0.0 || (sum - 1.0).abs() <= UNIT_SUM
-    }
-
-    /// The joints at a corner with their weights, as many as there is room for, from the largest weight.
-    fn influences(&self, blend: &Blend) -> Vec<(f64, f64)> {
-        let mut all: Vec<(f64, f64)> = Vec::new();
-        for (&vertex, share) in blend.sources.iter().zip(blend.weights) {
-            for [joints, weights] in self.skin.iter().filter(|_| share != 0.0) {
-                for component in 0..4 {
-                    let joint = joints.get(vertex as usize, component);
-                    let weight = share * weights.get(vertex as usize, component) / weights.one();
-                    match all.iter_mut().find(|(other, _)| *other == joint) {
-                        Some((_, sum)) => *sum += weight,
-                        None => all.push((joint, weight)),
-                    }
-                }
-            }
-        }
-        all.retain(|(_, weight)| *weight > 0.0);
-        all.sort_by(|(i, v), (j, w)| w.total_cmp(v).then(i.total_cmp(j)));
-        all.truncate(4 * self.skin.len());
-        let sum: f64 = all.iter().map(|(_, weight)| weight).sum();
-        all.iter_mut().for_each(|(_, weight)| *weight /= sum);
-        self.round_weights(&mut all);
-        all
-    }
-
-    /// Rounds the weights of integer types so that their sum stays 1: what is missing goes to the largest.
-    fn round_weights(&self, all: &mut [(f64, f64)]) {
-        let one = self.skin.first().map_or(1.0, |[_, weights]| weights.one());
-        let is_whole = self.skin.iter().all(|[_, weights]| weights.one() == one) && one > 1.0;
-        if !is_whole {
-            return;
-        }
-        all.iter_mut().for_each(|(_, weight)| *weight = (*weight * one).round() / one);
-        let missing = 1.0 - all.iter().map(|(_, weight)| weight).sum::<f64>();
-        if let Some((_, largest)) = all.first_mut() {
-            *largest += missing;
-        }
-    }
-
     /// The vertices in the order of the mesh; further ones at a vertex, which a seam parts, follow.
     fn finish(self) -> NewPrimitive {
         let mut order: Vec<u32> = (0..as_u32(self.distinct.len())).collect();
@@ -266,6 +263,78 @@ impl<'m> Primitive<'m> {
     }
 }
 
+/// The sets of joints and weights of a primitive.
+fn skin(primitive: &ScenePrimitive) -> Vec<[&VertexData; 2]> {
+    let find = |name: &str| primitive.attributes.iter().find(|data| data.name == name);
+    let sets = (0..).map_while(|set: usize| {
+        let pair = [find(&format!("JOINTS_{set}"))?, find(&format!("WEIGHTS_{set}"))?];
+        pair.iter().all(|data| data.width == 4).then_some(pair)
+    });
+    sets.collect()
+}
+
+/// Whether two primitives have the same attributes and morph targets, in the same types.
+fn has_same_columns(a: &ScenePrimitive, b: &ScenePrimitive) -> bool {
+    let are_same = |a: &[VertexData], b: &[VertexData]| {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_same_type(a, b))
+    };
+    are_same(&a.attributes, &b.attributes)
+        && a.targets.len() == b.targets.len()
+        && a.targets.iter().zip(&b.targets).all(|(a, b)| are_same(a, b))
+}
+
+fn is_same_type(a: &VertexData, b: &VertexData) -> bool {
+    (&a.name, a.width, a.component, a.normalized) == (&b.name, b.width, b.component, b.normalized)
+}
+
+/// Whether the weights of a vertex have the sum 1, up to rounding.
+fn has_unit_sum(skin: &[[&VertexData; 2]], vertex: u32) -> bool {
+    let weights = skin
+        .iter()
+        .flat_map(|[_, weights]| (0..4).map(|k| weights.get(vertex as usize, k) / weights.one()));
+    let sum: f64 = weights.sum();
+    // All weights may be 0, which leaves the vertex to the reader.
+    sum == 0.0 || (sum - 1.0).abs() <= UNIT_SUM
+}
+
+/// The joints at a point with their weights, as many as there is room for, from the largest weight.
+fn influences(skin: &[[&VertexData; 2]], blend: &Blend) -> Vec<(f64, f64)> {
+    let mut all: Vec<(f64, f64)> = Vec::new();
+    for (&vertex, share) in blend.sources.iter().zip(blend.weights) {
+        for [joints, weights] in skin.iter().filter(|_| share != 0.0) {
+            for component in 0..4 {
+                let joint = joints.get(vertex as usize, component);
+                let weight = share * weights.get(vertex as usize, component) / weights.one();
+                match all.iter_mut().find(|(other, _)| *other == joint) {
+                    Some((_, sum)) => *sum += weight,
+                    None => all.push((joint, weight)),
+                }
+            }
+        }
+    }
+    all.retain(|(_, weight)| *weight > 0.0);
+    all.sort_by(|(i, v), (j, w)| w.total_cmp(v).then(i.total_cmp(j)));
+    all.truncate(4 * skin.len());
+    let sum: f64 = all.iter().map(|(_, weight)| weight).sum();
+    all.iter_mut().for_each(|(_, weight)| *weight /= sum);
+    round_weights(skin, &mut all);
+    all
+}
+
+/// Rounds the weights of integer types so that their sum stays 1: what is missing goes to the largest.
+fn round_weights(skin: &[[&VertexData; 2]], all: &mut [(f64, f64)]) {
+    let one = skin.first().map_or(1.0, |[_, weights]| weights.one());
+    let is_whole = skin.iter().all(|[_, weights]| weights.one() == one) && one > 1.0;
+    if !is_whole {
+        return;
+    }
+    all.iter_mut().for_each(|(_, weight)| *weight = (*weight * one).round() / one);
+    let missing = 1.0 - all.iter().map(|(_, weight)| weight).sum::<f64>();
+    if let Some((_, largest)) = all.first_mut() {
+        *largest += missing;
+    }
+}
+
 /// Validators accept weights whose sum differs from 1 by a little less than this.
 const UNIT_SUM: f64 = 5e-7;
 
@@ -304,27 +373,35 @@ fn new_type(old: &VertexData, rule: Rule) -> VertexData {
 }
 
 impl Column<'_> {
-    fn push(&self, corner: &Corner, blend: &Blend, influences: &[(f64, f64)], bytes: &mut Vec<u8>) {
-        let Self { old, new, rule } = self;
+    /// Appends the value at a point, which is between vertices with the data `old`.
+    fn push(
+        &self,
+        old: &VertexData,
+        corner: &Corner,
+        blend: &Blend,
+        influences: &[(f64, f64)],
+        bytes: &mut Vec<u8>,
+    ) {
+        let Self { new, rule, .. } = self;
         let influence =
             |set: usize, k: usize| influences.get(4 * set + k).copied().unwrap_or((0.0, 0.0));
         match rule {
             Rule::Position => self.push_all(corner.position.to_array(), bytes),
             Rule::Normal => match corner.normal {
                 Some(normal) => self.push_all(normal.to_array().map(|n| n * new.one()), bytes),
-                None => self.copy(blend.nearest(), bytes),
+                None => copy(old, blend.nearest(), bytes),
             },
-            Rule::Tangent => self.push_tangent(corner.normal, blend, bytes),
+            Rule::Tangent => self.push_tangent(old, corner.normal, blend, bytes),
             Rule::Joints(set) if !influences.is_empty() => {
                 (0..4).for_each(|k| new.encode(influence(*set, k).0, bytes));
             }
             Rule::Weights(set) if !influences.is_empty() => {
                 (0..4).for_each(|k| new.encode(influence(*set, k).1 * new.one(), bytes));
             }
-            _ if blend.weights.contains(&1.0) => self.copy(blend.nearest(), bytes),
-            Rule::Joints(_) | Rule::Weights(_) | Rule::Nearest => self.copy(blend.nearest(), bytes),
+            _ if blend.weights.contains(&1.0) => copy(old, blend.nearest(), bytes),
+            Rule::Joints(_) | Rule::Weights(_) | Rule::Nearest => copy(old, blend.nearest(), bytes),
             Rule::Blend => {
-                (0..old.width).for_each(|k| new.encode(self.blended(blend, k), bytes));
+                (0..old.width).for_each(|k| new.encode(blended(old, blend, k), bytes));
             }
         }
     }
@@ -333,25 +410,31 @@ impl Column<'_> {
         values.iter().for_each(|&value| self.new.encode(value, bytes));
     }
 
-    fn copy(&self, vertex: u32, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(self.old.value(vertex as usize));
-    }
-
-    fn blended(&self, blend: &Blend, component: usize) -> f64 {
-        let weighted = blend.sources.iter().zip(blend.weights).filter(|(_, weight)| *weight != 0.0);
-        weighted.map(|(&vertex, weight)| weight * self.old.get(vertex as usize, component)).sum()
-    }
-
     /// A tangent of unit length, perpendicular to the normal, on the side of the nearest vertex.
-    fn push_tangent(&self, normal: Option<DVec3>, blend: &Blend, bytes: &mut Vec<u8>) {
+    fn push_tangent(
+        &self,
+        old: &VertexData,
+        normal: Option<DVec3>,
+        blend: &Blend,
+        bytes: &mut Vec<u8>,
+    ) {
         let one = self.new.one();
-        let tangent = DVec3::from([0, 1, 2].map(|k| self.blended(blend, k) / one));
+        let tangent = DVec3::from([0, 1, 2].map(|k| blended(old, blend, k) / one));
         let normal = normal.filter(|normal| normal.is_finite()).unwrap_or(DVec3::ZERO);
         let flat = tangent - normal * tangent.dot(normal);
         let any = || normal.try_normalize().map_or(DVec3::X, DVec3::any_orthonormal_vector);
         let tangent = flat.try_normalize().unwrap_or_else(any);
         self.push_all(tangent.to_array().map(|t| t * one), bytes);
-        let side = self.old.get(blend.nearest() as usize, 3);
+        let side = old.get(blend.nearest() as usize, 3);
         self.new.encode(if side < 0.0 { -one } else { one }, bytes);
     }
+}
+
+fn copy(old: &VertexData, vertex: u32, bytes: &mut Vec<u8>) {
+    bytes.extend_from_slice(old.value(vertex as usize));
+}
+
+fn blended(old: &VertexData, blend: &Blend, component: usize) -> f64 {
+    let weighted = blend.sources.iter().zip(blend.weights).filter(|(_, weight)| *weight != 0.0);
+    weighted.map(|(&vertex, weight)| weight * old.get(vertex as usize, component)).sum()
 }
