@@ -16,6 +16,7 @@ use serde::Serialize;
 
 use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::text::printable;
 
@@ -418,6 +419,19 @@ pub(crate) fn assemble(
         console.message(format_args!("{name}: {report}"));
     }
     Ok(loaded)
+}
+
+/// Names vertices that no face uses. They are not counted as vertices of a result, and take room in its file.
+pub(crate) fn tell_unused(path: &Path, loaded: &Loaded, console: &Console) {
+    let topology = loaded.mesh.topology();
+    let unused = topology.vertices().filter(|&v| topology.is_isolated_vertex(v)).count();
+    if unused > 0 {
+        let name = printable(path.display());
+        let unused = counted(unused, "vertices that no face uses");
+        let stays = format!("{unused}: kept; --drop-unreferenced drops them");
+        console.message(format_args!("{name}: {stays}"));
+        console.stays(&name, &stays);
+    }
 }
 
 /// Names narrow gaps between boundaries, and what joins them.

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh_io::{Format, Model, Scene};
+use mesh_io::{Format, Image, ImageData, Model, Scene};
 use mesh_work::Loaded;
 use serde::Serialize;
 
 use crate::console::Console;
+use crate::counted::counted;
 use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
 use crate::save::{SaveOptions, make_folder_of, save, save_scene};
@@ -56,6 +57,10 @@ impl Task {
         console: &Console,
     ) -> Result<(), Failure> {
         let Some(output) = &self.output else { return Ok(()) };
+        if matches!(options.format_of(output), Some(Format::Obj | Format::Gltf | Format::Glb)) {
+            let pictures: Vec<&str> = model.images.iter().filter_map(file_of).collect();
+            tell_pictures(&self.input, output, &pictures, console);
+        }
         Seconds::time(&mut seconds.save, || {
             if self.makes_folder {
                 make_folder_of(output)?;
@@ -73,7 +78,7 @@ impl Task {
         console: &Console,
     ) -> Result<(), Failure> {
         let Some(output) = &self.output else { return Ok(()) };
-        tell_pictures(&self.input, output, scene, console);
+        tell_pictures(&self.input, output, &scene.file_pictures(), console);
         Seconds::time(&mut seconds.save, || {
             if self.makes_folder {
                 make_folder_of(output)?;
@@ -98,16 +103,23 @@ impl Task {
     }
 }
 
-/// Reports that a scene names pictures which are not beside the output.
-pub(crate) fn tell_pictures(input: &Path, output: &Path, scene: &Scene, console: &Console) {
-    let pictures = scene.file_pictures();
+/// The name of an image that is in a file of its own.
+fn file_of(image: &Image) -> Option<&str> {
+    match &image.data {
+        ImageData::Uri(name) if !name.starts_with("data:") && !name.contains("://") => Some(name),
+        _ => None,
+    }
+}
+
+/// Reports that an output names pictures which are not beside it.
+pub(crate) fn tell_pictures(input: &Path, output: &Path, pictures: &[&str], console: &Console) {
     if let Some(first) = pictures.first()
         && input.parent() != output.parent()
     {
         let (name, first) = (printable(output.display()), printable(first));
         console.message(format_args!(
-            "{name}: it names {} pictures in files beside the input, such as {first}; copy them to its folder",
-            pictures.len()
+            "{name}: it names {} in files beside the input, such as {first}; copy them to its folder",
+            counted(pictures.len(), "pictures")
         ));
     }
 }

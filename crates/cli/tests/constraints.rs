@@ -260,3 +260,31 @@ fn levels_of_detail_have_the_constraints_of_simplify() {
     assert_eq!(status, 2, "{message}");
     assert!(message.contains("--max-edge"), "{message}");
 }
+
+/// Kept faces that leave no room in the target do not make the other faces vanish.
+#[test]
+fn what_is_not_kept_gets_its_share() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+    let mut model = Model::from(Sphere { radius: 1.0 }.icosphere(3).unwrap());
+    let marks: Vec<u8> = (0..model.soup.face_count())
+        .map(|face| {
+            model.soup.face(face).iter().map(|&v| model.soup.positions()[v as usize].z).sum()
+        })
+        .map(|height: f64| u8::from(height < -1.5))
+        .collect();
+    let (all, kept) = (marks.len(), marks.iter().filter(|&&mark| mark == 1).count());
+    model.face_scalars = vec![Scalars::new("south", marks)];
+    mesh_io::write(&input, &model, &WriteOptions::default()).unwrap();
+    for ratio in [0.1, 0.2] {
+        let share = ((all - kept) as f64 * ratio).round() as usize;
+        let run = ["simplify", text(&input), "-o", text(&output), "--keep", "south", "--ratio"];
+        let run = [&run[..], &[&ratio.to_string()]].concat();
+        let report = json(&run);
+        let faces = report["faces_out"].as_u64().unwrap() as usize;
+        assert!((kept + share - 1..=kept + share).contains(&faces), "{faces} of {kept} + {share}");
+        assert!(report["stayed"][0]["what"].as_str().unwrap().contains("no room"), "{report}");
+        let found = json(&["distance", text(&input), text(&output)]);
+        assert!(found["max"].as_f64().unwrap() < 0.2, "{found}");
+    }
+}

@@ -39,7 +39,7 @@ fn file(page: &Page) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-const LARGE: [u32; 2] = [900, 600];
+const LARGE: [u32; 2] = [1200, 800];
 
 #[test]
 fn the_axis_that_points_up_is_chosen() {

@@ -2,7 +2,7 @@
 
 use mesh_core::{FaceMap, VertexMap};
 use mesh_io::Scalars;
-use simplify::{FaceLimits, Options};
+use simplify::{FaceLimits, Options, Target};
 
 use crate::labels::UnknownNumbers;
 use crate::length::{Length, NoExtent};
@@ -74,6 +74,9 @@ impl ConstraintChoices {
 
     /// Adds the constraints to the options for this mesh. Returns the numbers of kept vertices and faces.
     ///
+    /// If the kept faces leave the others less than half of their share of the wanted faces, the target grows, so that
+    /// the others get their share. Otherwise they would be collapsed to nothing.
+    ///
     /// # Errors
     /// A property is unknown or has values that mean nothing, or a length is relative to a mesh without extent.
     pub fn constrain(
@@ -90,10 +93,22 @@ impl ConstraintChoices {
         if let Some(name) = &self.weight {
             options.protect.importance = Some(importance(source, name)?);
         }
-        match &self.keep {
-            Some(name) => keep(source, name, options),
-            None => Ok([0; 2]),
-        }
+        let Some(name) = &self.keep else { return Ok([0; 2]) };
+        let kept = keep(source, name, options)?;
+        leave_room(source.mesh.topology().face_count(), kept[1], &mut options.target);
+        Ok(kept)
+    }
+}
+
+/// Raises a number of faces that the kept faces leave no room in.
+fn leave_room(all: usize, kept: usize, target: &mut Target) {
+    if kept == 0 || (target.faces.is_none() && target.ratio.is_none()) {
+        return;
+    }
+    let wanted = target.face_target(all);
+    let share = ((all - kept) as f64 * wanted as f64 / all as f64).round() as usize;
+    if wanted < kept + share / 2 {
+        *target = Target { faces: Some(kept + share), ratio: None, ..*target };
     }
 }
 

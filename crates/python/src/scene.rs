@@ -399,6 +399,7 @@ pub(crate) fn simplify_scene<'py>(
     found.set_item("meshes", meshes)?;
     found.set_item("lost", texts(&lost))?;
     found.set_item("repairs", dict(py, &repairs)?)?;
+    found.set_item("missed_faces", made.missed_faces)?;
     Ok((scene.with(made.scene), found))
 }
 

@@ -1,11 +1,13 @@
 //! `curvmesh repair`: makes an oriented 2-manifold of triangles from any readable mesh.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Arg, ValueEnum};
-use mesh_core::build::{BuildReport, Repair as Repairs, Weld};
+use mesh_core::build::{BuildReport, Repair as Repairs, Weld, build};
 use mesh_core::fill::{FillOptions, FillReport};
+use mesh_core::measure::cracks::{Cracks, cracks};
+use mesh_io::Model;
 use mesh_work::{Loaded, repaired_scene};
 use serde::Serialize;
 
@@ -100,6 +102,8 @@ struct Results {
     triangulated_polygons: usize,
     welded_vertices: usize,
     dropped_out_of_range: usize,
+    not_finite_vertices: usize,
+    dropped_not_finite: usize,
     dropped_degenerate: usize,
     dropped_duplicates: usize,
     reversed_faces: usize,
@@ -210,7 +214,12 @@ fn of_mesh(options: &Repair, task: &Task, console: &Console) -> Result<Done, Fai
     let loading = &options.job.loading;
     let mut loaded = Seconds::time(&mut seconds.load, || {
         let model = loading.read(&task.input, console)?;
-        let repairs = asked(options, loading.repairs(&model)?);
+        let mut repairs = asked(options, loading.repairs(&model)?);
+        if loading.repair.weld.is_none()
+            && (options.purpose.is_some() || options.fill_holes.is_some())
+        {
+            close_cracks(&task.input, &model, &mut repairs, console);
+        }
         let loaded = assemble(&task.input, model, &repairs, (Made::AsTold, false), console)?;
         loading.check_left(&task.input, loaded)
     })?;
@@ -226,6 +235,21 @@ fn of_mesh(options: &Repair, task: &Task, console: &Console) -> Result<Done, Fai
     let counts = [found.vertices_in, found.faces_in];
     let open = holes_of(&loaded, filled.as_ref());
     finished(options, task, counts, (results, open), seconds, console)
+}
+
+/// Joins narrow gaps between boundaries, before holes are filled: filled, they would become walls inside the body.
+fn close_cracks(input: &Path, model: &Model, repairs: &mut Repairs, console: &Console) {
+    // Errors are those of the build that follows.
+    let Ok(built) = build(&model.soup, repairs) else { return };
+    if let Some(Cracks { vertices, width }) = cracks(&built.mesh) {
+        repairs.weld = Weld::Distance(2.0 * width);
+        console.message(format_args!(
+            "{}: joining {} within {:.1e} of others, which are gaps, not holes; --weld exact keeps them apart",
+            printable(input.display()),
+            counted(vertices, "boundary vertices"),
+            2.0 * width
+        ));
+    }
 }
 
 /// Reads the written file again, and reports.
@@ -277,6 +301,8 @@ impl Results {
             triangulated_polygons: self.triangulated_polygons + other.triangulated_polygons,
             welded_vertices: self.welded_vertices + other.welded_vertices,
             dropped_out_of_range: self.dropped_out_of_range + other.dropped_out_of_range,
+            not_finite_vertices: self.not_finite_vertices + other.not_finite_vertices,
+            dropped_not_finite: self.dropped_not_finite + other.dropped_not_finite,
             dropped_degenerate: self.dropped_degenerate + other.dropped_degenerate,
             dropped_duplicates: self.dropped_duplicates + other.dropped_duplicates,
             reversed_faces: self.reversed_faces + other.reversed_faces,
@@ -302,6 +328,8 @@ impl Results {
             triangulated_polygons: found.triangulated,
             welded_vertices: found.welded_vertices.count(),
             dropped_out_of_range: found.dropped_out_of_range.count(),
+            not_finite_vertices: found.not_finite_vertices.count(),
+            dropped_not_finite: found.dropped_not_finite.count(),
             dropped_degenerate: found.dropped_degenerate.count(),
             dropped_duplicates: found.dropped_duplicates.count(),
             reversed_faces: found.flipped_faces.count(),
@@ -329,13 +357,16 @@ impl fmt::Display for Results {
         let counts = [
             (self.welded_vertices, "vertices merged"),
             (
-                self.dropped_out_of_range + self.dropped_degenerate + self.dropped_duplicates,
+                self.dropped_out_of_range
+                    + self.dropped_not_finite
+                    + self.dropped_degenerate
+                    + self.dropped_duplicates,
                 "faces dropped",
             ),
             (self.reversed_faces, "faces reversed"),
             (self.turned_components, "components turned outward"),
             (self.cut_edges, "edges cut"),
-            (self.dropped_vertices, "vertices dropped"),
+            (self.dropped_vertices + self.not_finite_vertices, "vertices dropped"),
         ];
         for (count, what) in counts.into_iter().filter(|&(count, _)| count > 0) {
             write!(f, ", {}", counted(count, what))?;

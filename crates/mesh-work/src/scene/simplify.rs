@@ -28,6 +28,9 @@ pub struct SimplifiedScene {
     pub meshes: Vec<MeshOfScene>,
     /// What is lost.
     pub lost: Vec<Lost>,
+    /// The number of drawn faces that was asked for, if several meshes share it and more faces are left: no collapse of
+    /// any mesh is possible.
+    pub missed_faces: Option<usize>,
 }
 
 /// A simplified mesh of a scene.
@@ -126,7 +129,16 @@ pub fn simplify_scene(
     for mesh in &mut meshes {
         mesh.add_rounding(rounding.get(mesh.mesh).copied().unwrap_or(0.0));
     }
-    Ok(SimplifiedScene { scene, meshes, lost })
+    let missed_faces = shared_faces(&parts, rules).filter(|&(meshes_sharing, wanted)| {
+        let left: usize = meshes.iter().map(|mesh| mesh.times * mesh.faces[1]).sum();
+        meshes_sharing > 1 && left > wanted
+    });
+    Ok(SimplifiedScene {
+        scene,
+        meshes,
+        lost,
+        missed_faces: missed_faces.map(|(_, wanted)| wanted),
+    })
 }
 
 /// The share of a mesh in the targets.
@@ -134,6 +146,16 @@ struct Share {
     target: Target,
     /// The attributes, if charts were merged.
     merged: Option<Attributes>,
+}
+
+/// The number of meshes that share drawn faces, and the number of faces that they share.
+fn shared_faces(parts: &[Part], rules: &SceneRules) -> Option<(usize, usize)> {
+    let SceneTarget { faces, ratio, .. } = rules.target;
+    let is_shared = (faces.is_some() || ratio.is_some()) && rules.budget == SceneBudget::Scene;
+    let drawn = parts.iter().filter(|part| part.times > 0);
+    let total: usize = drawn.clone().map(|part| part.times * part.faces()).sum();
+    let wanted = Target { faces, ratio, ..Target::default() }.face_target(total);
+    is_shared.then(|| (drawn.count(), wanted))
 }
 
 /// The share of each mesh.
@@ -148,10 +170,9 @@ fn shares(parts: &[Part], rules: &SceneRules) -> Result<Vec<Share>, SceneError> 
     };
     let drawn: Vec<&Part> = parts.iter().filter(|part| part.times > 0).collect();
     let total: usize = drawn.iter().map(|part| part.times * part.faces()).sum();
-    if (faces.is_none() && ratio.is_none()) || rules.budget != SceneBudget::Scene {
+    let Some((_, budget)) = shared_faces(parts, rules) else {
         return Ok(parts.iter().map(|part| alone(part, whole)).collect());
-    }
-    let budget = whole.face_target(total);
+    };
     let ratio_of_all = budget as f64 / total.max(1) as f64;
     let mut of_drawn = match drawn.as_slice() {
         [] => Vec::new(),

@@ -120,12 +120,12 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
             Place::Together(path) => {
                 let (together, _) = made.together().map_err(|error| Failure::write(path, error))?;
                 all = together;
-                tell_pictures(input, path, &scene, console);
+                tell_pictures(input, path, &scene.file_pictures(), console);
                 outputs.add_scene(path, &all, &options.save);
             }
             Place::Apart(paths) => {
                 for ((path, made), level) in paths.iter().zip(&made.levels).zip(&mut levels) {
-                    tell_pictures(input, path, &scene, console);
+                    tell_pictures(input, path, &scene.file_pictures(), console);
                     if is_standard(path) {
                         save_scene(path, &made.scene, &options.save, console)?;
                     } else {

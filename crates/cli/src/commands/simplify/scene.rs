@@ -28,6 +28,9 @@ struct Results {
     /// The numbers of faces that are drawn.
     faces_in: usize,
     faces_out: usize,
+    /// The number of drawn faces that the meshes share, if more are left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wanted_faces: Option<usize>,
     meshes: Vec<OfMesh>,
 }
 
@@ -108,7 +111,7 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
     }
     tell(&made, task, console);
     task.save_scene(&made.scene, &options.job.save, &mut seconds, console)?;
-    let results = Results::new(options, &choices, &made.meshes);
+    let results = Results::new(options, &choices, &made);
     let counts = scene.counts().map(|count| count as usize);
     let report = task.report(console, counts, results, seconds);
     let brief =
@@ -144,17 +147,26 @@ fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
             ));
         }
     }
+    if let Some(wanted) = made.missed_faces {
+        let left: usize = made.meshes.iter().map(|mesh| mesh.times * mesh.faces[1]).sum();
+        console.message(format_args!(
+            "{name}: the target of {} was not reached, {left} left (every further collapse would fold a mesh or change its topology)",
+            counted(wanted, "faces")
+        ));
+    }
     tell_lost(&name, &made.losses(), console);
 }
 
 impl Results {
-    fn new(options: &Simplify, choices: &Choices, meshes: &[MeshOfScene]) -> Self {
+    fn new(options: &Simplify, choices: &Choices, made: &SimplifiedScene) -> Self {
+        let meshes = &made.meshes;
         let drawn = |after: usize| meshes.iter().map(|mesh| mesh.times * mesh.faces[after]).sum();
         Self {
             preset: options.policy.preset.to_string(),
             settings: settings(&choices.options_without_features(Target::default())),
             faces_in: drawn(0),
             faces_out: drawn(1),
+            wanted_faces: made.missed_faces,
             meshes: meshes.iter().map(OfMesh::from).collect(),
         }
     }

@@ -19,12 +19,13 @@ use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::{self, Passes, RegionSettings};
-use crate::load::{Loading, Seconds};
+use crate::load::{Loading, Seconds, tell_unused};
 use crate::save::make_folder_of;
 use crate::simplify_options::{
     Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall, tell_turned_over,
 };
 use crate::task::{Done, Report, Task};
+use crate::text::printable;
 use crate::view::{self, name_of};
 
 /// The size of the written file.
@@ -134,9 +135,11 @@ pub(crate) fn one(
     }
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    tell_unused(&task.input, &loaded, console);
     let attributes = options.carry.find(&loaded, console)?;
+    let name = printable(task.input.display());
     let made = Seconds::time(&mut seconds.compute, || {
-        let make = |faces| reduce(&loaded, options, &attributes, faces, console);
+        let make = |faces| reduce(&name, &loaded, options, &attributes, faces, console);
         match options.targets.bytes {
             Some(limit) => make_within(limit, task, options, &loaded, make, console),
             None => make(None).map(|made| (made, None)),
@@ -297,6 +300,7 @@ fn make_within(
 }
 
 fn reduce(
+    name: &str,
     loaded: &Loaded,
     options: &Simplify,
     attributes: &Attributes,
@@ -312,8 +316,17 @@ fn reduce(
     let attributes = merged.as_ref().unwrap_or(attributes);
     attributes.constrain(mesh, &mut chosen);
     let constraints = options.constraining.choices(options.job.loading.relative);
+    let wanted = chosen.target;
     let kept = constraints.constrain(loaded.source(), &mut chosen).map_err(Failure::refused)?;
     tell_kept(&constraints, kept, console);
+    if let (Some(faces), true) = (chosen.target.faces, chosen.target != wanted) {
+        let stays = format!(
+            "the kept faces leave the others no room: they are simplified to the wanted share, {} with the kept ones",
+            counted(faces, "faces")
+        );
+        console.message(format_args!("{name}: {stays}"));
+        console.stays(name, &stays);
+    }
     chosen.record = false;
     if let Some(error) = goals.max_error {
         chosen = chosen.within(error, options.policy.check());

@@ -581,13 +581,17 @@ def simplify_scene(
     with calling("simplifying", progress, threads, callback, keep_partial) as call:
         made, told = _core.simplify_scene(call, data, targets, rules)
     meshes = [MeshOfScene._of(mesh) for mesh in told["meshes"]]
+    faces_out = sum(mesh.times * mesh.faces_out for mesh in meshes)
+    notes = [note for mesh in meshes for note in mesh._notes()]
+    if told["missed_faces"] is not None:
+        notes.append(f"the target of {told['missed_faces']} faces was not reached: {faces_out} are left")
     return SimplifiedScene(
         scene=Scene._of(made),
         meshes=meshes,
         faces_in=sum(mesh.times * mesh.faces_in for mesh in meshes),
-        faces_out=sum(mesh.times * mesh.faces_out for mesh in meshes),
+        faces_out=faces_out,
         lost=told["lost"],
-        notes=[note for mesh in meshes for note in mesh._notes()],
+        notes=notes,
         repairs=told["repairs"],
     )
 
