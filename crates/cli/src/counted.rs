@@ -4,7 +4,7 @@ use core::fmt::Display;
 
 /// A count and what is counted, given as for many. For one, the first word of the phrase that ends with an s becomes
 /// singular: `1 edge of more than two faces`.
-pub(crate) fn counted<N: Display + PartialEq + From<u8>>(count: N, many: &str) -> String {
+pub(crate) fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, many: &str) -> String {
     if count != N::from(1) {
         return format!("{count} {many}");
     }

@@ -279,8 +279,8 @@ fn what_is_not_kept_gets_its_share() {
     for ratio in [0.1, 0.2] {
         let share = ((all - kept) as f64 * ratio).round() as usize;
         let run = ["simplify", text(&input), "-o", text(&output), "--keep", "south", "--ratio"];
-        let run = [&run[..], &[&ratio.to_string()]].concat();
-        let report = json(&run);
+        let ratio = ratio.to_string();
+        let report = json(&[&run[..], &[&ratio]].concat());
         let faces = report["faces_out"].as_u64().unwrap() as usize;
         assert!((kept + share - 1..=kept + share).contains(&faces), "{faces} of {kept} + {share}");
         assert!(report["stayed"][0]["what"].as_str().unwrap().contains("no room"), "{report}");

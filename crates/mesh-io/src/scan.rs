@@ -3,6 +3,7 @@
 use crate::Format;
 use crate::budget::Budget;
 use crate::error::{ReadError, ReadErrorKind};
+#[cfg(feature = "gltf")]
 use crate::external::Files;
 use crate::input::Input;
 use crate::item::{Item, Visit};

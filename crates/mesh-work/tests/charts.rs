@@ -112,16 +112,19 @@ proptest! {
         let (_, result, merged) = simplified(&model, faces, true);
         prop_assume!(merged.is_some());
         let (colors, normals) = (result.vertex_colors.unwrap(), result.corner_normals.unwrap());
-        for (v, at) in result.soup.positions().iter().enumerate() {
+        for (v, at) in result.soup.positions().iter().map(|p| p.normalize()).enumerate() {
             let value = DVec3::from([0, 1, 2].map(|k| result.vertex_scalars[k].values.get(v).unwrap()));
-            prop_assert!(value.distance(*at) < 0.12, "{value} at {at}");
+            prop_assert!(value.distance(at) < 0.12, "{value} at {at}");
             let [r, g, b, _] = colors[v].map(|c| 2.0 * f64::from(c) - 1.0);
-            prop_assert!(DVec3::new(r, g, b).distance(*at) < 0.12);
+            prop_assert!(DVec3::new(r, g, b).distance(at) < 0.12);
         }
-        for (&v, normal) in result.soup.corners().iter().zip(normals) {
+        // Across sharp edges of a coarse result, normals are those of its faces.
+        let is_near = |&(&v, normal): &(&u32, [f32; 3])| {
             let at = result.soup.positions()[v as usize].normalize();
-            prop_assert!(DVec3::from(normal.map(f64::from)).distance(at) < 0.12);
-        }
+            DVec3::from(normal.map(f64::from)).distance(at) < 0.12
+        };
+        let near = result.soup.corners().iter().zip(normals).filter(is_near).count();
+        prop_assert!(near * 10 > 9 * result.soup.corners().len(), "{near} normals");
     }
 
     /// Small charts neither stop the run nor ruin the shape, and every face shows a part of one chart.

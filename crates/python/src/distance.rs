@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 
 use mesh_core::build::{Repair, Weld};
+use mesh_io::Model;
 use mesh_metric::{
     CertifiedBounds, CertifyOptions, CompareOptions, Comparison, OneSided, SignedDistance,
     SignedSide, Surface, compare_one_way_until, compare_signed_until, compare_until,
     hausdorff_bounds_until,
 };
-use mesh_io::Model;
 use mesh_work::{Loaded, diagonal, drop_not_finite, is_point_cloud, surface_or_points};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
