@@ -191,3 +191,16 @@ fn a_scan_names_what_it_leaves_out() {
         assert!(lost || name.starts_with("PLY") || name.starts_with("STL"), "{name}");
     }
 }
+
+/// An accessor without bytes announces any number of vertices. A scan has the same budget as a reader.
+#[test]
+fn a_scan_does_not_believe_the_counts_of_gltf() {
+    let text =
+        br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"componentType":5126,"count":600000000,"type":"VEC3"}]}"#;
+    for error in [scanned(text).unwrap_err(), read_from(&mut &text[..], &known(text)).unwrap_err()]
+    {
+        assert!(matches!(error.kind, ReadErrorKind::Memory { .. }), "{error}");
+    }
+}

@@ -1,5 +1,6 @@
-//! Scanning glTF: the bytes of the file are in memory, and the positions of one mesh at a time.
+//! Scanning glTF: the bytes of the file are in memory, and the positions and indices of one mesh at a time.
 
+use super::accessor::at;
 use super::lost;
 use super::plan::{Plan, path_of};
 use super::read::{each_triangle, load, vertex_indices};
@@ -23,6 +24,8 @@ pub(crate) fn scan(
 ) -> Result<ControlFlow<()>, ReadErrorKind> {
     let document = load(input, files, notes)?;
     let plan = Plan::of(&document, &[], notes)?;
+    // An accessor without bytes can have any number of vertices.
+    input.spend(plan.bytes(), || at("the scene"))?;
     lost::note(&document.root, notes);
     let counts = [
         (plan.has_normals, "vertex normals"),
@@ -39,23 +42,35 @@ pub(crate) fn scan(
         let (Some(mesh), Some(mesh_plan)) = (mesh, plan.meshes.get(&placed.mesh)) else {
             return Ok(());
         };
-        for transform in transforms(&document, placed)? {
-            let is_mirrored = DMat3::from_mat4(transform).determinant() < 0.0;
-            for part in &mesh_plan.parts {
+        let transforms = transforms(&document, placed)?;
+        if transforms.is_empty() {
+            return Ok(());
+        }
+        let positions = mesh_plan.sets.iter().map(|set| {
+            let path = path_of(placed.mesh, set.primitive);
+            document.values(set.positions, &path, 3..=3)?.to_vec::<3>(0.0)
+        });
+        let positions = positions.collect::<Result<Vec<_>, _>>()?;
+        let mut parts = Vec::with_capacity(mesh_plan.parts.len());
+        for part in &mesh_plan.parts {
+            let vertices = positions.get(part.set);
+            if let (Some(vertices), Some(primitive)) =
+                (vertices, mesh.primitives.get(part.primitive))
+            {
                 let path = path_of(placed.mesh, part.primitive);
-                let set = mesh_plan.sets.get(part.set);
-                let (Some(set), Some(primitive)) = (set, mesh.primitives.get(part.primitive))
-                else {
-                    continue;
-                };
-                let positions = document.values(set.positions, &path, 3..=3)?.to_vec::<3>(0.0)?;
-                let indices = vertex_indices(&document, primitive, set.count, &path)?;
-                each_triangle(primitive.mode, &indices, |mut triangle| {
+                let indices = vertex_indices(&document, primitive, vertices.len(), &path)?;
+                parts.push((primitive.mode, indices, vertices));
+            }
+        }
+        for transform in &transforms {
+            let is_mirrored = DMat3::from_mat4(*transform).determinant() < 0.0;
+            for (mode, indices, vertices) in &parts {
+                each_triangle(*mode, indices, |mut triangle| {
                     if is_mirrored {
                         triangle.swap(1, 2);
                     }
                     let corners = triangle.map(|vertex| {
-                        let position = positions.get(vertex as usize).copied().unwrap_or_default();
+                        let position = vertices.get(vertex as usize).copied().unwrap_or_default();
                         transform.transform_point3(DVec3::from(position.map(f64::from)))
                     });
                     flow = visit(Item::Facet(&corners));
