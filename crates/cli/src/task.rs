@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh_io::{Format, Image, ImageData, Model, Scene};
+use mesh_io::{Format, Model, Scene};
 use mesh_work::Loaded;
 use serde::Serialize;
 
@@ -58,8 +58,7 @@ impl Task {
     ) -> Result<(), Failure> {
         let Some(output) = &self.output else { return Ok(()) };
         if matches!(options.format_of(output), Some(Format::Obj | Format::Gltf | Format::Glb)) {
-            let pictures: Vec<&str> = model.images.iter().filter_map(file_of).collect();
-            tell_pictures(&self.input, output, &pictures, console);
+            tell_pictures(&self.input, output, &model.file_pictures(), console);
         }
         Seconds::time(&mut seconds.save, || {
             if self.makes_folder {
@@ -100,14 +99,6 @@ impl Task {
             Some(output) => report.with_output(output),
             None => report,
         }
-    }
-}
-
-/// The name of an image that is in a file of its own.
-fn file_of(image: &Image) -> Option<&str> {
-    match &image.data {
-        ImageData::Uri(name) if !name.starts_with("data:") && !name.contains("://") => Some(name),
-        _ => None,
     }
 }
 

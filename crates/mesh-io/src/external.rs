@@ -33,6 +33,11 @@ impl External {
     }
 }
 
+/// Whether an address of an image or buffer names a file, not data in the address itself or a place on the web.
+pub(crate) fn is_file_name(address: &str) -> bool {
+    !address.starts_with("data:") && !address.contains("://")
+}
+
 /// The folder of a file, and the rule for other files.
 #[derive(Clone, Copy)]
 pub(crate) struct Files<'o> {

@@ -1,6 +1,7 @@
 //! The content of a mesh file, in one data structure for all formats.
 
 use crate::color::are_bytes;
+use crate::external::is_file_name;
 use crate::lost::Lost;
 use crate::picture_format::PictureFormat;
 use crate::scalars::{ScalarValues, Scalars};
@@ -451,6 +452,16 @@ impl Model {
             && materials.is_empty()
             && images.is_empty()
             && material_libraries.is_empty()
+    }
+
+    /// The names of images in files of their own, relative to the file, as they are written in it.
+    #[must_use]
+    pub fn file_pictures(&self) -> Vec<&str> {
+        let names = self.images.iter().filter_map(|image| match &image.data {
+            ImageData::Uri(name) => Some(name.as_str()),
+            ImageData::Bytes(_) => None,
+        });
+        names.filter(|name| is_file_name(name)).collect()
     }
 
     /// Texture coordinates by vertex, if there are any and all corners of every vertex agree. Zero at vertices that no

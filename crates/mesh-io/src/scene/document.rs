@@ -4,7 +4,7 @@ use super::check;
 use super::colors::mark_normalized;
 use crate::budget::{Budget, GROWING};
 use crate::error::{ReadError, ReadErrorKind, WriteError};
-use crate::external::Files;
+use crate::external::{Files, is_file_name};
 use crate::format::Format;
 use crate::gltf::accessor::{Document, at};
 use crate::gltf::compressed;
@@ -184,7 +184,7 @@ impl Scene {
     #[must_use]
     pub fn file_pictures(&self) -> Vec<&str> {
         let uris = self.root().images.iter().filter_map(|image| image.uri.as_deref());
-        uris.filter(|uri| !uri.starts_with("data:") && !uri.contains("://")).collect()
+        uris.filter(|uri| is_file_name(uri)).collect()
     }
 
     /// The number of meshes.
