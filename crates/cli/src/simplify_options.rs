@@ -312,7 +312,7 @@ impl Constraining {
 }
 
 /// The option that causes a rejection; `None` for rules that always hold.
-pub(crate) fn cause(rejection: Rejection) -> Option<&'static str> {
+fn cause(rejection: Rejection) -> Option<&'static str> {
     Some(match rejection {
         Rejection::Locked => "locked vertices (--keep, --lock-boundary, meeting points of seams)",
         Rejection::Feature => {
@@ -440,16 +440,21 @@ fn parse_components(text: &str) -> Result<Components, String> {
     }
 }
 
+/// The options that hold the mesh, with the number of collapses that each rejected.
+pub(crate) fn reasons(shortfall: &Shortfall) -> Vec<String> {
+    let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
+        cause(rejection).map(|cause| format!("{cause}: {} rejected", counted(count, "collapses")))
+    });
+    reasons.collect()
+}
+
 /// Says which target was not reached, and the options that hold the mesh.
 pub(crate) fn tell_shortfall(shortfall: &Shortfall, topology: &Topology, console: &Console) {
     let wanted = match (shortfall.wanted_faces, shortfall.wanted_vertices) {
         (Some(faces), _) => counted(faces, "faces"),
         (None, vertices) => counted(vertices.unwrap_or_default(), "vertices"),
     };
-    let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
-        cause(rejection).map(|cause| format!("{cause}: {} rejected", counted(count, "collapses")))
-    });
-    let reasons: Vec<String> = reasons.collect();
+    let reasons = reasons(shortfall);
     let reasons = if reasons.is_empty() {
         "every further collapse would fold the surface or change its topology".to_owned()
     } else {

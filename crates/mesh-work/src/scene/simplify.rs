@@ -129,16 +129,10 @@ pub fn simplify_scene(
     for mesh in &mut meshes {
         mesh.add_rounding(rounding.get(mesh.mesh).copied().unwrap_or(0.0));
     }
-    let missed_faces = shared_faces(&parts, rules).filter(|&(meshes_sharing, wanted)| {
-        let left: usize = meshes.iter().map(|mesh| mesh.times * mesh.faces[1]).sum();
-        meshes_sharing > 1 && left > wanted
-    });
-    Ok(SimplifiedScene {
-        scene,
-        meshes,
-        lost,
-        missed_faces: missed_faces.map(|(_, wanted)| wanted),
-    })
+    let left: usize = meshes.iter().map(|mesh| mesh.times * mesh.faces[1]).sum();
+    let is_one = parts.iter().filter(|part| part.times > 0).nth(1).is_none();
+    let missed_faces = shared_faces(&parts, rules).filter(|&wanted| !is_one && left > wanted);
+    Ok(SimplifiedScene { scene, meshes, lost, missed_faces })
 }
 
 /// The share of a mesh in the targets.
@@ -148,14 +142,17 @@ struct Share {
     merged: Option<Attributes>,
 }
 
-/// The number of meshes that share drawn faces, and the number of faces that they share.
-fn shared_faces(parts: &[Part], rules: &SceneRules) -> Option<(usize, usize)> {
+/// The number of faces that the drawn meshes share, if they share any.
+fn shared_faces(parts: &[Part], rules: &SceneRules) -> Option<usize> {
     let SceneTarget { faces, ratio, .. } = rules.target;
     let is_shared = (faces.is_some() || ratio.is_some()) && rules.budget == SceneBudget::Scene;
-    let drawn = parts.iter().filter(|part| part.times > 0);
-    let total: usize = drawn.clone().map(|part| part.times * part.faces()).sum();
-    let wanted = Target { faces, ratio, ..Target::default() }.face_target(total);
-    is_shared.then(|| (drawn.count(), wanted))
+    let target = Target { faces, ratio, ..Target::default() };
+    is_shared.then(|| target.face_target(drawn_faces(parts)))
+}
+
+/// The number of faces that are drawn.
+fn drawn_faces(parts: &[Part]) -> usize {
+    parts.iter().map(|part| part.times * part.faces()).sum()
 }
 
 /// The share of each mesh.
@@ -169,11 +166,10 @@ fn shares(parts: &[Part], rules: &SceneRules) -> Result<Vec<Share>, SceneError> 
         Share { target, merged: (!rules.keep_seams).then(merge).flatten() }
     };
     let drawn: Vec<&Part> = parts.iter().filter(|part| part.times > 0).collect();
-    let total: usize = drawn.iter().map(|part| part.times * part.faces()).sum();
-    let Some((_, budget)) = shared_faces(parts, rules) else {
+    let Some(budget) = shared_faces(parts, rules) else {
         return Ok(parts.iter().map(|part| alone(part, whole)).collect());
     };
-    let ratio_of_all = budget as f64 / total.max(1) as f64;
+    let ratio_of_all = budget as f64 / drawn_faces(parts).max(1) as f64;
     let mut of_drawn = match drawn.as_slice() {
         [] => Vec::new(),
         // The share is rounded as for a single mesh.

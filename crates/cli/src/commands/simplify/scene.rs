@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::Seconds;
 use crate::scene::{tell_lost, tell_repairs};
-use crate::simplify_options::{cause, settings, show};
+use crate::simplify_options::{reasons, settings, show};
 use crate::task::{Done, Report, Task};
 use crate::text::printable;
 
@@ -131,12 +131,7 @@ fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
             ));
         }
         if let Some(shortfall) = &mesh.shortfall {
-            let reasons = shortfall.held_by.iter().filter_map(|&(rejection, count)| {
-                cause(rejection)
-                    .map(|cause| format!("{cause}: {} rejected", counted(count, "collapses")))
-            });
-            let reasons: Vec<String> = reasons.collect();
-            let reasons = match reasons.as_slice() {
+            let reasons = match reasons(shortfall).as_slice() {
                 [] => String::new(),
                 reasons => format!(" ({})", reasons.join("; ")),
             };
