@@ -293,8 +293,9 @@ impl Ingested {
         Ok(all)
     }
 
-    /// Drops the vertices whose positions are not finite, and the faces at them; of loose faces, all vertices. Returns the
-    /// number of these faces. Takes one bit of memory for each vertex.
+    /// Drops vertices whose position is not finite, and the faces with such a corner. If each face has vertices of its
+    /// own, all vertices of a dropped face go. Returns the number of dropped faces. Takes one bit of memory for each
+    /// vertex.
     fn drop_not_finite(&mut self, are_loose: bool, folder: &Path) -> Result<u64, Error> {
         let mut ranks = Ranks::default();
         let (mut given, mut face, mut face_end) = (self.faces.reader()?, Vec::new(), 0);
