@@ -187,6 +187,24 @@ fn repair_makes_a_closed_manifold_of_parts() {
 
 /// Texture coordinates and materials of the faces around a hole are continued into it.
 #[test]
+fn holes_that_meet_in_a_vertex_are_filled_each_by_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let corners = "v 1 0 0\nv -1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n";
+    let faces = "f 3 2 5\nf 4 1 5\nf 3 1 6\nf 2 3 6\nf 4 2 6\nf 1 4 6\n";
+    std::fs::write(path("in.obj"), format!("{corners}{faces}")).unwrap();
+    for how in [&["--fill-holes", "all"][..], &["--fill-holes", "3"], &["--for", "printing"]] {
+        let (input, output) = (path("in.obj"), path("out.obj"));
+        let report = json(&[&["repair", &input, "-o", &output], how].concat());
+        assert_eq!(report["holes"]["new_faces"], 2, "{report}");
+        assert_eq!(report["written"]["watertight"], true, "{report}");
+        let info = json(&["info", &output]);
+        assert_eq!((&info["vertices"], &info["faces"]), (&6.into(), &8.into()), "{info}");
+        assert!((info["volume"].as_f64().unwrap() - 4.0 / 3.0).abs() < 1e-12, "{info}");
+    }
+}
+
+#[test]
 fn filled_holes_have_the_data_of_their_outline() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| text(&folder.path().join(name)).to_owned();

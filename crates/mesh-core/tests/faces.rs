@@ -5,7 +5,7 @@ use mesh_core::SplitMix64;
 use mesh_core::edit::{FaceRefusal, RemovalRefusal};
 use mesh_core::fill::{FillMethod, FillOptions, FillRefusal, FilledHole};
 use mesh_core::glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, Repair, Topology, TriMesh, VertexId, build};
+use mesh_core::{FaceId, HalfEdgeId, PolygonSoup, Repair, Topology, TriMesh, VertexId, build};
 use mesh_shapes::{Sphere, Torus};
 use proptest::prelude::*;
 
@@ -173,7 +173,7 @@ fn sphere_with_holes(level: u32, open: impl Fn(DVec3) -> bool) -> TriMesh {
         .filter(|&f| !open(mesh.face_centroid(f)))
         .map(|f| topology.face_vertices(f).map(VertexId::get))
         .collect();
-    let soup = mesh_core::PolygonSoup::from_triangles(mesh.positions(), &kept).unwrap();
+    let soup = PolygonSoup::from_triangles(mesh.positions(), &kept).unwrap();
     build(&soup, &Repair::lenient()).unwrap().mesh
 }
 
@@ -314,7 +314,7 @@ fn any_surface_with_holes_can_be_filled() {
             .filter(|(i, _)| !picks[*i])
             .map(|(_, f)| [f[0], f[1], f[2]])
             .collect();
-        let soup = mesh_core::PolygonSoup::from_triangles(soup.positions(), &kept).unwrap();
+        let soup = PolygonSoup::from_triangles(soup.positions(), &kept).unwrap();
         let mut mesh = build(&soup, &Repair::lenient()).unwrap().mesh;
         // Positions that make loops cross themselves in every view.
         if round % 2 == 0 {
@@ -376,7 +376,7 @@ proptest! {
         let points: Vec<[f64; 3]> =
             (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(f64::from)).collect();
         let faces: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(index)).collect();
-        let soup = mesh_core::PolygonSoup::from_triangles(&points, &faces).unwrap();
+        let soup = PolygonSoup::from_triangles(&points, &faces).unwrap();
         let mut mesh = build(&soup, &Repair::lenient()).unwrap().mesh;
         let key = |v: VertexId, mesh: &TriMesh| mesh.position(v).to_array().map(f64::to_bits);
         let places = |mesh: &TriMesh, faces: &[FaceId]| {
@@ -423,6 +423,66 @@ proptest! {
                 prop_assert!(!rims.contains(&ends), "{ends:?}");
             }
         }
+    }
+}
+
+/// A closed surface without the faces at some places of its list, leaving out those that share an edge with an earlier
+/// one. Also the number of faces that are missing.
+fn with_single_faces_missing(soup: &PolygonSoup, places: &[usize]) -> (PolygonSoup, usize) {
+    let whole = TriMesh::from_soup(soup).unwrap();
+    let topology = whole.topology();
+    let mut is_missing = vec![false; topology.face_count()];
+    for place in places {
+        let face = FaceId::new((place % topology.face_count()) as u32);
+        let beside = topology.face_neighbours(face);
+        is_missing[face.index()] |= !beside.into_iter().flatten().any(|f| is_missing[f.index()]);
+    }
+    let kept: Vec<[u32; 3]> =
+        topology.triangles().zip(&is_missing).filter(|(_, gone)| !*gone).map(|(t, _)| t).collect();
+    let missing = is_missing.iter().filter(|gone| **gone).count();
+    (PolygonSoup::from_triangles(soup.positions(), &kept).unwrap(), missing)
+}
+
+/// The faces as positions, in an order that does not depend on their numbers.
+fn faces_by_position(mesh: &TriMesh) -> Vec<[[u64; 3]; 3]> {
+    let key = |v: VertexId| mesh.position(v).to_array().map(f64::to_bits);
+    let mut faces: Vec<_> = mesh
+        .topology()
+        .faces()
+        .map(|f| {
+            let mut corners = mesh.topology().face_vertices(f).map(key);
+            let first = (0..3).min_by_key(|&i| corners[i]).unwrap();
+            corners.rotate_left(first);
+            corners
+        })
+        .collect();
+    faces.sort_unstable();
+    faces
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(500))]
+
+    /// Missing faces that share vertices, but no edges, come back as they were.
+    #[test]
+    fn holes_that_meet_in_vertices_are_filled_each_by_itself(
+        shape in 0_usize..4,
+        places in proptest::collection::vec(0_usize..10_000, 1..24),
+    ) {
+        let soup = match shape {
+            0 => mesh_shapes::polyhedra::octahedron(),
+            1 => Sphere::UNIT.icosphere(1).unwrap(),
+            2 => Torus { major: 2.0, minor: 1.0 }.mesh(8, 6).unwrap(),
+            _ => Sphere::UNIT.icosphere(2).unwrap(),
+        };
+        let whole = faces_by_position(&TriMesh::from_soup(&soup).unwrap());
+        let (holed, missing) = with_single_faces_missing(&soup, &places);
+        let mut mesh = build(&holed, &Repair::lenient()).unwrap().mesh;
+        let report = mesh.fill_holes(&FillOptions::default());
+        mesh.topology().validate().unwrap();
+        prop_assert_eq!(report.filled.len(), missing);
+        prop_assert!(mesh.topology().is_closed());
+        prop_assert_eq!(faces_by_position(&mesh), whole);
     }
 }
 

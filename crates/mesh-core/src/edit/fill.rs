@@ -4,7 +4,8 @@
 //! The vertices of the loop do not move. No edge is made that exists elsewhere in the mesh, and no face. Here vertices
 //! at equal positions are one vertex: a mesh that was cut at a non-manifold edge has several copies of the edge, and
 //! filling must not add to them. The exception is a loop that passes through one position twice: its new faces can
-//! have the same corners.
+//! have the same corners. Where such a loop runs around several holes that meet in a vertex,
+//! [`TriMesh::fill_holes`] fills each hole by itself.
 //!
 //! 1. **Short loops** ([`FillOptions::optimal_edges`]) get the triangulation of their vertices with the smallest
 //!    maximal bend, also towards the faces around the hole, and among equals the shortest edges: Barequet and Sharir
@@ -22,14 +23,16 @@
 //! subdivide or smooth the [new faces](FilledHole::faces) for that.
 
 use core::cmp::Reverse;
-use std::collections::{BTreeSet, BinaryHeap};
+use std::collections::{BTreeSet, BinaryHeap, HashMap};
 
 use glam::DVec3;
 
 use crate::build::{Triangulation, Triangulator, position_key};
+use crate::edit::pinched_holes::boundary_copies;
 use crate::edit::{NoRoom, Ring, RingOrder};
 use crate::index::as_u32;
 use crate::mesh::TriMesh;
+use crate::topology::Topology;
 use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 
 /// How holes are filled.
@@ -108,7 +111,9 @@ pub enum FillRefusal {
     )]
     NoArea,
     /// The hole has more edges than are wanted.
-    #[error("the hole has {edges} edges, more than {limit}; raise `max_edges` to fill it")]
+    #[error(
+        "the hole has {edges} edges, and holes of more than {limit} stay open; raise this limit to fill it"
+    )]
     TooManyEdges {
         /// The edges of the hole.
         edges: usize,
@@ -137,6 +142,17 @@ pub struct FillReport {
 }
 
 impl FillReport {
+    /// Names each hole that is left by the first half-edge of its loop. Loops that were divided can be one again.
+    fn rename_left(&mut self, topology: &Topology) {
+        let mut left: Vec<(HalfEdgeId, FillRefusal)> = Vec::with_capacity(self.left.len());
+        let mut reasons: HashMap<HalfEdgeId, FillRefusal> = self.left.drain(..).collect();
+        for start in topology.boundary_loops() {
+            let why = topology.boundary_loop(start).find_map(|h| reasons.remove(&h));
+            left.extend(why.map(|why| (start, why)));
+        }
+        self.left = left;
+    }
+
     /// The number of new faces.
     #[must_use]
     pub fn new_faces(&self) -> usize {
@@ -204,8 +220,7 @@ impl TriMesh {
             return Err(FillRefusal::TooManyEdges { edges, limit });
         }
         if let Some(face) = topology.face(half_edge.twin())
-            && edges == 3
-            && sides.iter().all(|h| topology.face(h.twin()) == Some(face))
+            && topology.is_around_face(half_edge)
         {
             return Err(FillRefusal::Pillow(face));
         }
@@ -233,14 +248,40 @@ impl TriMesh {
     }
 
     /// Fills all holes that the options allow, each as [`fill_hole`](Self::fill_hole) does.
+    ///
+    /// Holes that meet in a vertex are filled each by itself. Building a mesh cuts such a vertex, so that one loop runs
+    /// around both holes. Here the copies of the vertex are joined first; the mesh has gaps at the copies that are gone,
+    /// see [`compact`](Self::compact). Edges and faces keep their handles.
+    ///
+    /// ```
+    /// use mesh_core::fill::FillOptions;
+    /// use mesh_core::{PolygonSoup, Repair, build};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// // An octahedron without two faces that share a corner.
+    /// let corners = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+    /// let faces = [[2, 1, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    /// let soup = PolygonSoup::from_triangles(&corners.map(|p| p.map(f64::from)), &faces)?;
+    /// let mut mesh = build(&soup, &Repair::lenient())?.mesh;
+    /// assert_eq!(mesh.topology().boundary_loops().len(), 1);
+    /// let report = mesh.fill_holes(&FillOptions::default());
+    /// assert_eq!((report.filled.len(), report.new_faces()), (2, 2));
+    /// assert!((mesh.volume() - 4.0 / 3.0).abs() < 1e-15);
+    /// # Ok(())
+    /// # }
+    /// ```
     pub fn fill_holes(&mut self, options: &FillOptions) -> FillReport {
         let mut report = FillReport::default();
+        let joined = self.join_pinched_holes(boundary_copies(self));
         let mut copies = Copies::new(self);
         for hole in self.topology().boundary_loops() {
             match self.fill_one(hole, options, &mut copies) {
                 Ok(filled) => report.filled.push(filled),
                 Err(refusal) => report.left.push((hole, refusal)),
             }
+        }
+        if !joined.is_empty() {
+            self.cut_open_fans(&joined);
+            report.rename_left(self.topology());
         }
         report
     }
