@@ -3,6 +3,7 @@
 use crate::format::Format;
 use crate::lost::Lost;
 use crate::model::{Alpha, Group, ImageData, Material, Model};
+use crate::ply::Textures;
 use crate::single::{are_finite, flattened, is_flattened, rounding};
 use Format::{Glb, Gltf, Obj, Off, Ply, Stl};
 
@@ -30,7 +31,7 @@ struct Kind {
 /// The content of the model that a file will not hold.
 pub(crate) fn losses(model: &Model, target: Target) -> Vec<Lost> {
     let format = target.format;
-    let kinds = kinds(model).into_iter();
+    let kinds = kinds(model, format).into_iter();
     let kinds = kinds.filter(|kind| kind.count > 0 && !kind.keepers.contains(&format));
     let by_format = kinds
         .map(|Kind { what, count, keepers }| Lost::by_format(what, Some(count), format, keepers));
@@ -42,8 +43,8 @@ fn length<T>(values: Option<&Vec<T>>) -> u64 {
     values.map_or(0, |values| values.len() as u64)
 }
 
-/// Content that depends on the format only, not on values.
-fn kinds(model: &Model) -> Vec<Kind> {
+/// Content that depends on the format only, not on values; but PLY holds materials that are pictures.
+fn kinds(model: &Model, format: Format) -> Vec<Kind> {
     let kind = |what: &str, count: u64, keepers| Kind { what: what.to_owned(), count, keepers };
     let named = |what: &str, all: &[crate::scalars::Scalars], keepers| {
         let names: Vec<&str> = all.iter().map(|scalars| scalars.name.as_str()).collect();
@@ -61,6 +62,10 @@ fn kinds(model: &Model) -> Vec<Kind> {
     } else {
         0
     };
+    let materials = match Textures::new(model) {
+        Some(_) if format == Ply => 0,
+        _ => faces_with(&model.face_materials, model.materials.len()),
+    };
     vec![
         kind("polygons (cut into triangles)", polygons, &[Obj, Ply, Off]),
         kind("vertex normals", length(model.vertex_normals.as_ref()), &[Obj, Ply, Off, Gltf, Glb]),
@@ -69,11 +74,7 @@ fn kinds(model: &Model) -> Vec<Kind> {
         kind("texture coordinates", length(model.corner_uvs.as_ref()), &[Obj, Ply, Off, Gltf, Glb]),
         kind("further sets of texture coordinates", set, &[Gltf, Glb]),
         kind("face colours", length(model.face_colors.as_ref()), &[Ply, Off, Stl]),
-        kind(
-            "materials",
-            faces_with(&model.face_materials, model.materials.len()),
-            &[Obj, Gltf, Glb],
-        ),
+        kind("materials", materials, &[Obj, Gltf, Glb]),
         kind("groups", groups, &[Obj, Stl]),
         named("vertex", &model.vertex_scalars, &[Ply, Gltf, Glb]),
         named("face", &model.face_scalars, &[Ply]),
@@ -132,6 +133,11 @@ fn special(model: &Model, target: Target) -> Vec<Lost> {
         lose(named as u64, "names of groups", why);
         let why = "STL has five bits per channel and no opacity";
         lose(rounded_colors(model), "bits of face colours", why);
+    }
+    if format == Ply {
+        let more = Textures::new(model).map_or(0, |textures| textures.more_than_pictures);
+        let why = "PLY names the pictures of textures only; OBJ, glTF or GLB keeps them";
+        lose(more, "names, colours and looks of materials", why);
     }
     smoothing(model, format, &mut lose);
     if format == Obj {

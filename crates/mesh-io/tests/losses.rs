@@ -303,6 +303,56 @@ fn obj_elements_that_are_no_faces_are_counted() {
 }
 
 #[test]
+fn third_texture_coordinates_are_counted() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0 0\nvt 1 0 .5\nvt 0 1\nf 1/1 2/2 3/3\n";
+    let model = parsed(text.as_bytes());
+    assert_eq!(count_of(&model, "third texture coordinates"), Some(1));
+    assert_eq!(model.corner_uvs, Some(vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]));
+}
+
+#[test]
+fn ply_names_the_pictures_of_textures() {
+    // As MeshLab writes them, read and written again: nothing is lost, and nothing changes.
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile a wood.png\ncomment TextureFile b.png\n\
+        element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 3\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+        property int texnumber\nend_header\n0 0 0\n1 0 0\n0 1 0\n\
+        3 0 1 2 6 0 0 1 0 0 1 1\n3 0 2 1 6 0 0 1 0 0 1 0\n3 0 2 1 0 -1\n";
+    let model = parsed(text.as_bytes());
+    let as_text = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
+    let (bytes, lost) = written_with(&model, Format::Ply, &as_text);
+    assert_eq!((String::from_utf8(bytes).unwrap(), lost), (text.to_owned(), Vec::new()));
+    // From another format there is no number of pictures among the numbers of faces, and materials are more.
+    let mut other = Model { face_scalars: Vec::new(), ..model.clone() };
+    other.materials[1].name = "varnish".to_owned();
+    let (bytes, lost) = written_with(&other, Format::Ply, &as_text);
+    assert_eq!(String::from_utf8(bytes).unwrap(), text);
+    assert!(
+        matches!(&lost[..], [one] if one.what.contains("names") && one.count == Some(1)),
+        "{lost:?}"
+    );
+    // One picture for all faces needs no numbers.
+    let one = Model { face_materials: Some(vec![0; 3]), face_scalars: Vec::new(), ..model.clone() };
+    let (bytes, lost) = written_with(&one, Format::Ply, &as_text);
+    assert!(lost.is_empty() && !String::from_utf8(bytes.clone()).unwrap().contains("texnumber"));
+    assert_eq!(parsed(&bytes).face_materials, Some(vec![0; 3]));
+    // A material without a picture has no place.
+    let mut plain = model;
+    plain.materials[0].base_color_image = None;
+    assert!(is_named(&written(&plain, Format::Ply).1, "materials"));
+}
+
+#[test]
+fn numbers_of_faces_keep_the_names_that_only_vertices_need() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nproperty float nx\nproperty float ny\n\
+        property float nz\nproperty float s\nproperty float t\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 0 0 1 5 6\n";
+    let as_text = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
+    let (bytes, _) = written_with(&parsed(text.as_bytes()), Format::Ply, &as_text);
+    assert_eq!(String::from_utf8(bytes).unwrap(), text);
+}
+
+#[test]
 fn ply_elements_and_lists_that_are_not_read_are_counted() {
     let model = parsed(
         b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\

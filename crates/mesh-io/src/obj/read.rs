@@ -74,6 +74,8 @@ struct Reader {
     face_uvs: Vec<u32>,
     face_normals: Vec<u32>,
     small_faces: u64,
+    /// The number of texture coordinates with a third number that is not 0.
+    third_uvs: u64,
     /// The smoothing group of every face up to the last face in a group, and the group of the next face.
     smoothing: Vec<u32>,
     smoothing_group: u32,
@@ -107,6 +109,7 @@ impl Reader {
             face_uvs: Vec::new(),
             face_normals: Vec::new(),
             small_faces: 0,
+            third_uvs: 0,
             smoothing: Vec::new(),
             smoothing_group: 0,
             others: BTreeMap::new(),
@@ -126,7 +129,9 @@ impl Reader {
         match keyword {
             b"v" => self.position(line),
             b"vt" => {
-                self.uvs.push(floats(line, 1)?);
+                let [u, v, w] = floats(line, 1)?;
+                self.uvs.push([u, v]);
+                self.third_uvs += u64::from(w != 0.0);
                 Ok(GROWING * 8)
             }
             b"vn" => {
@@ -252,6 +257,8 @@ impl Reader {
         }
         let why = "a face needs three";
         self.notes.lose_some("faces of fewer than three corners", self.small_faces, why);
+        let why = "textures of surfaces have two; only the first two are kept";
+        self.notes.lose_some("third texture coordinates", self.third_uvs, why);
         for (keyword, count) in &self.others {
             let (what, why) = lost_line(keyword);
             self.notes.lose_some(what, *count, why);

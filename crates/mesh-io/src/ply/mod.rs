@@ -7,9 +7,11 @@ mod passing;
 mod read;
 mod records;
 mod scan;
+mod textures;
 mod write;
 
 pub(crate) use passing::PlyPassing;
 pub(crate) use read::read;
 pub(crate) use scan::scan;
+pub(crate) use textures::Textures;
 pub(crate) use write::write;

@@ -1,6 +1,7 @@
 //! Writing PLY.
 
 use super::columns::{COLORS, NORMAL, UVS};
+use super::textures::{NUMBER, Textures};
 use crate::color::as_bytes;
 use crate::decimal::Decimal;
 use crate::distinct_names::distinct_names;
@@ -94,6 +95,7 @@ struct Plan<'m> {
     vertex_colors: Colors<'m>,
     face_colors: Colors<'m>,
     uvs: Uvs<'m>,
+    textures: Option<Textures<'m>>,
     /// Some face has more corners than a byte can count.
     long_lists: bool,
 }
@@ -140,14 +142,17 @@ impl<'m> Plan<'m> {
         let types =
             |scalars: &[Scalars]| scalars.iter().map(|s| type_of(&s.values, precision)).collect();
         let positions = model.soup.positions().iter().flat_map(DVec3::to_array);
-        let uvs = plan_uvs(model);
+        let textures = Textures::new(model);
+        let uvs = plan_uvs(model, textures.is_some());
         let has = Has {
-            positions: true,
+            is_vertex: true,
             normals: model.vertex_normals.is_some(),
             colors: model.vertex_colors.is_some(),
             uvs: matches!(uvs, Uvs::Vertex(_)),
+            ..Has::default()
         };
-        let face_has = Has { colors: model.face_colors.is_some(), ..Has::default() };
+        let numbered = textures.as_ref().is_some_and(|textures| textures.numbers.is_some());
+        let face_has = Has { colors: model.face_colors.is_some(), numbered, ..Has::default() };
         Self {
             model,
             wide_positions: is_wide(positions, precision),
@@ -158,6 +163,7 @@ impl<'m> Plan<'m> {
             vertex_colors: Colors::new(model.vertex_colors.as_deref()),
             face_colors: Colors::new(model.face_colors.as_deref()),
             uvs,
+            textures,
             long_lists: model.soup.faces().any(|face| face.len() > 127),
         }
     }
@@ -165,6 +171,9 @@ impl<'m> Plan<'m> {
     fn header(&self, writer: &mut dyn Write, storage: &str) -> std::io::Result<()> {
         let model = self.model;
         writeln!(writer, "ply\nformat {storage} 1.0")?;
+        for name in self.textures.iter().flat_map(|textures| &textures.names) {
+            writeln!(writer, "comment TextureFile {name}")?;
+        }
         writeln!(writer, "element vertex {}", model.soup.vertex_count())?;
         for axis in ["x", "y", "z"] {
             writeln!(writer, "property {} {axis}", float(self.wide_positions))?;
@@ -184,6 +193,9 @@ impl<'m> Plan<'m> {
         writeln!(writer, "property list {count} int vertex_indices")?;
         if matches!(self.uvs, Uvs::Corner(_)) {
             writeln!(writer, "property list {count} float texcoord")?;
+        }
+        if self.texture_numbers().is_some() {
+            writeln!(writer, "property int {NUMBER}")?;
         }
         self.face_colors.header(writer)?;
         for (name, kind) in self.face_names.iter().zip(&self.face_types) {
@@ -235,11 +247,18 @@ impl<'m> Plan<'m> {
             let mut all = uvs.iter().flat_map(|&uv| finite_or(uv, 0.0));
             all.try_for_each(|value| values.f32(value))?;
         }
+        if let Some(numbers) = self.texture_numbers() {
+            values.number(&mut numbers[face].to_le_bytes(), &numbers[face])?;
+        }
         self.face_colors.put(face, values)?;
         for (scalars, &kind) in model.face_scalars.iter().zip(&self.face_types) {
             scalar(values, &scalars.values, face, kind)?;
         }
         Ok(())
+    }
+
+    fn texture_numbers(&self) -> Option<&[i32]> {
+        self.textures.as_ref()?.numbers.as_deref()
     }
 
     fn count(&self, count: usize, values: &mut impl Values) -> std::io::Result<()> {
@@ -250,8 +269,10 @@ impl<'m> Plan<'m> {
     }
 }
 
-fn plan_uvs(model: &Model) -> Uvs<'_> {
-    let of_vertices = model.vertex_uvs().filter(|uvs| uvs.iter().all(are_finite));
+/// Where there are textures, the coordinates belong to corners: other programs look for them there.
+fn plan_uvs(model: &Model, textured: bool) -> Uvs<'_> {
+    let of_vertices = if textured { None } else { model.vertex_uvs() };
+    let of_vertices = of_vertices.filter(|uvs| uvs.iter().all(are_finite));
     match (of_vertices, model.corner_uvs.as_deref()) {
         (Some(uvs), _) => Uvs::Vertex(uvs),
         (None, Some(uvs)) => Uvs::Corner(uvs),
@@ -298,10 +319,13 @@ fn scalar(
 /// The attributes of an element, without named numbers.
 #[derive(Clone, Copy, Default)]
 struct Has {
-    positions: bool,
+    /// Vertices have positions, and their normals and texture coordinates are read as such; those of faces are not.
+    is_vertex: bool,
     normals: bool,
     colors: bool,
     uvs: bool,
+    /// Faces say which picture they have.
+    numbered: bool,
 }
 
 impl Has {
@@ -311,8 +335,8 @@ impl Has {
         const LISTS: [&str; 3] = ["vertex_indices", "vertex_index", "texcoord"];
         let words: Vec<String> = scalars.iter().map(|scalars| one_word(&scalars.name)).collect();
         let mut taken = LISTS.to_vec();
-        if self.positions {
-            taken.extend(["x", "y", "z"]);
+        if self.numbered {
+            taken.push(NUMBER);
         }
         let mut take = |has: bool, written: &[&'static str], groups: &[&[&'static str]]| {
             if has {
@@ -322,9 +346,12 @@ impl Has {
             let complete = |group: &&&[&str]| group.iter().all(|n| words.iter().any(|w| w == n));
             groups.iter().filter(complete).for_each(|group| taken.extend(*group));
         };
-        take(self.normals, &NORMAL, &[&NORMAL]);
         take(self.colors, &["red", "green", "blue", "alpha"], &COLORS.each_ref().map(|c| &c[..]));
-        take(self.uvs, &UVS[0], &UVS.each_ref().map(|uv| &uv[..]));
+        if self.is_vertex {
+            take(true, &["x", "y", "z"], &[]);
+            take(self.normals, &NORMAL, &[&NORMAL]);
+            take(self.uvs, &UVS[0], &UVS.each_ref().map(|uv| &uv[..]));
+        }
         distinct_names(words, &taken)
     }
 }
