@@ -110,6 +110,13 @@ impl Merging {
     }
 }
 
+/// Reports charts that were merged.
+pub(crate) fn tell_charts(title: &str, [before, after]: [usize; 2], console: &Console) {
+    console.message(format_args!(
+        "{title}: charts of textures, materials and primitives: {before} -> {after} (--keep-seams keeps them)"
+    ));
+}
+
 /// Reports the repairs of the meshes of a scene.
 pub(crate) fn tell_repairs<'r>(
     name: &str,

@@ -124,8 +124,18 @@ fn levels_are_nested_and_a_record_replays_them_exactly() {
         assert!(std::fs::read(file).unwrap() == std::fs::read(again).unwrap(), "{count}");
     }
 
-    let other = torus(folder.path(), 40);
+    // A record holds no fewer faces than its coarsest level, and that is said.
     let out = folder.path().join("other.ply");
+    let below = ["lod", text(&input), "-o", text(&out), "--replay", text(&record), "--faces", "90"];
+    let report = json(&below);
+    assert_eq!(
+        (&report["missed_faces"], &report["levels"][0]["faces"]),
+        (&[90].into(), &360.into())
+    );
+    let (status, said) = code(&below);
+    assert!(status == 0 && said.contains("the record ends at 360 faces"), "{said}");
+
+    let other = torus(folder.path(), 40);
     let replay = |input: &Path| {
         code(&["lod", text(input), "-o", text(&out), "--replay", text(&record), "--faces", "90"])
     };

@@ -170,6 +170,20 @@ impl LevelSteps {
         Ok(LevelPlan { options, attributes, kept })
     }
 
+    /// The wanted numbers of faces that are fewer than the fewest faces of the levels.
+    #[must_use]
+    pub fn missed_faces(&self, mesh: &TriMesh, levels: &[LevelOfDetail]) -> Vec<usize> {
+        let fewest = levels.iter().map(|level| level.mesh.topology().face_count()).min();
+        self.wanted(mesh).filter(|&wanted| fewest.is_some_and(|fewest| wanted < fewest)).collect()
+    }
+
+    /// The wanted numbers of faces.
+    fn wanted(&self, mesh: &TriMesh) -> impl Iterator<Item = usize> {
+        let faces = mesh.topology().face_count() as f64;
+        let of_ratios = self.ratios.iter().map(move |ratio| (ratio * faces).ceil() as usize);
+        of_ratios.chain(self.faces.iter().copied())
+    }
+
     /// The number of collapses of each level, ascending.
     ///
     /// # Errors
@@ -180,10 +194,8 @@ impl LevelSteps {
         mesh: &TriMesh,
         check: ErrorCheck,
     ) -> Result<Vec<usize>, SimplifyError> {
-        let faces = mesh.topology().face_count() as f64;
-        let of_ratios = self.ratios.iter().map(|ratio| (ratio * faces).ceil() as usize);
-        let counts = of_ratios.chain(self.faces.iter().copied());
-        let mut stages: Vec<usize> = counts.map(|count| log.count_for_faces(count)).collect();
+        let mut stages: Vec<usize> =
+            self.wanted(mesh).map(|count| log.count_for_faces(count)).collect();
         for &error in &self.errors {
             stages.push(collapses_within(mesh, log, error, check)?);
         }

@@ -10,8 +10,9 @@ use mesh_core::build::{Repair, Weld};
 use mesh_io::{Format, Quantization, ReadOptions, Scene, read_from};
 use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use mesh_work::{
-    AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneError, SceneRules,
-    SceneSteps, SceneTarget, SimplifiedScene, repaired_scene, scene_levels, simplify_scene,
+    AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneError, SceneLevel,
+    SceneRules, SceneSteps, SceneTarget, SimplifiedScene, repaired_scene, scene_levels,
+    simplify_scene,
 };
 use serde_json::{Value, json};
 use simplify::{Target, simplify};
@@ -646,12 +647,10 @@ fn levels_carry_all_data_and_animations_drive_all_of_them() {
     assert!(error.contains("MSFT_lod") && error.contains("file of its own"), "{error}");
 }
 
-/// Two spheres with the same charts, one of them ten times as large: the smallest charts are those of the small one.
-#[test]
-fn the_smallest_charts_of_all_meshes_are_merged_first() {
+/// A scene of wavy squares of which each cell is a chart of its own, one square for each scale.
+fn charted_squares(scales: &[u32]) -> Vec<u8> {
     let mut builder = Builder::new();
     let (mut positions, mut uvs, mut triangles) = (vec![], vec![], vec![]);
-    // A wavy square of which each cell is a chart.
     let height = |i: u32, j: u32| 0.3 * (i as f32 * 0.7).sin() * (j as f32 * 0.9).cos();
     for i in 0..16 {
         for j in 0..16 {
@@ -664,7 +663,7 @@ fn the_smallest_charts_of_all_meshes_are_merged_first() {
             triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
         }
     }
-    for scale in [1, 10] {
+    for scale in scales {
         let attributes = json!({
             "POSITION": builder.positions(&positions), "TEXCOORD_0": builder.floats(&uvs),
         });
@@ -672,10 +671,40 @@ fn the_smallest_charts_of_all_meshes_are_merged_first() {
         let mesh = builder.push("meshes", json!({ "primitives": [primitive] }));
         builder.node(json!({ "mesh": mesh, "scale": [scale, scale, scale] }));
     }
-    let (made, _) = simplified(&builder.glb(), &to_ratio(0.5));
+    builder.glb()
+}
+
+/// The smallest charts are those of the smaller one of two squares.
+#[test]
+fn the_smallest_charts_of_all_meshes_are_merged_first() {
+    let (made, _) = simplified(&charted_squares(&[1, 10]), &to_ratio(0.5));
     let charts: Vec<[usize; 2]> = made.meshes.iter().filter_map(|mesh| mesh.charts).collect();
     assert!(charts.len() == 2 && charts.iter().all(|charts| charts[0] == 256), "{charts:?}");
     assert!(charts[0][1] < charts[1][1], "{charts:?}");
+}
+
+/// Levels have room for as few faces as a simplified scene, and a number that no level reaches is named.
+#[test]
+fn charts_of_levels_are_merged_for_the_coarsest() {
+    for scales in [&[1][..], &[1, 10]] {
+        let scene =
+            Scene::read_from(&mut &*charted_squares(scales), &ReadOptions::default()).unwrap();
+        let steps = SceneSteps { ratios: vec![0.5, 0.1], ..SceneSteps::default() };
+        let levels = |rules: &SceneRules| {
+            let go_on = &mut |_: &_| ControlFlow::Continue(());
+            scene_levels(&scene, &steps, rules, go_on).unwrap()
+        };
+        let drawn =
+            |level: &SceneLevel| level.meshes.iter().map(|mesh| mesh.faces[1]).sum::<usize>();
+        let wanted: usize = (0.1 * 512.0 * scales.len() as f64).ceil() as usize;
+        let merged = levels(&SceneRules::default());
+        assert!(merged.missed_faces.is_empty(), "{:?}", merged.missed_faces);
+        assert!(drawn(&merged.levels[1]) <= wanted);
+        assert!(merged.levels[1].meshes.iter().all(|mesh| mesh.charts.is_some_and(|[a, b]| b < a)));
+        let kept = levels(&SceneRules { keep_seams: true, ..SceneRules::default() });
+        assert!(kept.missed_faces.contains(&wanted), "{:?}", kept.missed_faces);
+        assert!(drawn(&kept.levels[1]) > wanted && kept.levels[1].meshes[0].charts.is_none());
+    }
 }
 
 /// A ball that is drawn flat, as exporters write it: each triangle has three vertices of its own, whose normals are

@@ -1,5 +1,6 @@
 //! Levels of detail of a scene: stages of one sequence of edge collapses for each mesh.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use mesh_core::build::BuildReport;
@@ -10,6 +11,8 @@ use simplify::{CollapseLog, Options, Progress, Target, collapses_within, simplif
 use super::budget::split;
 use super::parts::{Part, divided, in_units, parts, scene_diagonal};
 use super::rules::{SceneBudget, SceneError, SceneRules};
+use super::simplify::merged;
+use crate::attributes::Attributes;
 use crate::length::Length;
 use crate::levels::{SAMPLES, shown_from};
 
@@ -39,6 +42,8 @@ pub struct SceneLevels {
     pub repairs: Vec<BuildReport>,
     /// The number of meshes of which each face had a normal of its own. The levels have no normals there.
     pub flat_shaded: usize,
+    /// The wanted numbers of drawn faces that no level reaches.
+    pub missed_faces: Vec<usize>,
     /// The input, in which nodes that need different levels have meshes of their own.
     input: Scene,
     meshes: Vec<usize>,
@@ -97,6 +102,8 @@ pub struct MeshOfLevel {
     pub vertices: usize,
     /// Number of collapses that lead to it.
     pub collapses: usize,
+    /// The numbers of charts before and after, if charts were merged.
+    pub charts: Option<[usize; 2]>,
     /// The mean distance.
     pub mean: f64,
     /// The root mean square distance.
@@ -121,6 +128,8 @@ impl SceneLevels {
 /// A mesh, the collapses of its run, and the stages of its levels.
 struct Run<'p> {
     part: &'p Part,
+    /// With merged charts, if there was no room for all.
+    attributes: Cow<'p, Attributes>,
     log: CollapseLog,
     options: Options,
     stages: Vec<usize>,
@@ -129,7 +138,8 @@ struct Run<'p> {
 /// Makes levels of detail of a scene. As with [`simplify_scene`](super::simplify_scene), each mesh is simplified once,
 /// and all data of vertices are carried over. The levels of a mesh are stages of one run, as those of
 /// [`LevelSteps`](crate::LevelSteps). With [`SceneBudget::Scene`], the collapses of all meshes are merged by their costs.
-/// A single mesh gives the levels of the mesh. The target of the rules has no meaning here, and charts are not merged.
+/// A single mesh gives the levels of the mesh. The target of the rules has no meaning here. Charts are merged for the
+/// level with the fewest faces.
 ///
 /// # Errors
 /// A mesh cannot be read, built or simplified, or a level cannot be written into the scene.
@@ -147,10 +157,12 @@ pub fn scene_levels(
     let errors = steps.errors.iter().map(in_units).collect::<Result<Vec<_>, _>>()?;
     let budgets = Budgets::new(&parts, steps, rules);
     let mut runs = Vec::with_capacity(parts.len());
-    for part in &parts {
-        runs.push(part.run(budgets.limits(part), &errors, rules, observe)?);
+    let merged = if rules.keep_seams { vec![None; parts.len()] } else { budgets.merged(&parts) };
+    for (part, merged) in parts.iter().zip(merged) {
+        let attributes = merged.map_or(Cow::Borrowed(&part.attributes), Cow::Owned);
+        runs.push(part.run(attributes, budgets.limits(part), &errors, rules, observe)?);
     }
-    budgets.add_stages(&mut runs)?;
+    let missed_faces = budgets.add_stages(&mut runs)?;
     for run in &mut runs {
         let Run { part, log, stages, .. } = run;
         for error in &errors {
@@ -181,6 +193,7 @@ pub fn scene_levels(
         input: scene.clone(),
         meshes: parts.iter().map(|part| part.mesh).collect(),
         of_meshes: parts.iter().enumerate().map(of_mesh).collect(),
+        missed_faces,
         new: all_new,
         levels,
     })
@@ -244,16 +257,48 @@ impl Budgets {
         Target { faces: self.wanted.iter().map(least).min(), ..Target::default() }
     }
 
-    /// Adds the stages of the levels with a number of faces.
-    fn add_stages(&self, runs: &mut [Run<'_>]) -> Result<(), SceneError> {
+    /// The attributes of each mesh with merged charts, if the level with the fewest faces has no room for them.
+    fn merged(&self, parts: &[Part]) -> Vec<Option<Attributes>> {
+        let Some(&fewest) = self.wanted.iter().min_by_key(|wanted| self.drawn(**wanted)) else {
+            return vec![None; parts.len()];
+        };
+        let drawn: Vec<&Part> = parts.iter().filter(|part| part.times > 0).collect();
+        let shared = if self.are_shared { merged(&drawn, self.drawn(fewest)) } else { Vec::new() };
+        let mut shared = shared.into_iter();
+        let of_part = |part: &Part| {
+            if self.are_shared && part.times > 0 {
+                return shared.next().flatten();
+            }
+            let target = Target { faces: Some(self.alone(part, fewest)), ..Target::default() };
+            part.attributes.merge_charts(&part.loaded.mesh, &target)
+        };
+        parts.iter().map(of_part).collect()
+    }
+
+    /// Adds the stages of the levels with a number of faces. Returns the numbers that are not reached.
+    fn add_stages(&self, runs: &mut [Run<'_>]) -> Result<Vec<usize>, SceneError> {
+        let mut ends = Vec::with_capacity(runs.len());
+        for run in runs.iter() {
+            let (end, _) = run.log.level(&run.part.loaded.mesh, run.log.len())?;
+            ends.push(end.topology().face_count());
+        }
         let mut shared = Vec::new();
         if self.are_shared && !self.wanted.is_empty() {
-            for run in runs.iter().filter(|run| run.part.times > 0) {
+            for (run, &end) in runs.iter().zip(&ends).filter(|(run, _)| run.part.times > 0) {
                 let Run { part, log, options, .. } = run;
-                let (end, _) = log.level(&part.loaded.mesh, log.len())?;
-                shared.push(part.collapses(log, options.cost.metric, end.topology().face_count()));
+                shared.push(part.collapses(log, options.cost.metric, end));
             }
         }
+        let is_missed = |&wanted: &(Option<f64>, Option<usize>), runs: &[Run<'_>]| {
+            let mut drawn = runs.iter().zip(&ends).filter(|(run, _)| run.part.times > 0);
+            if self.are_shared {
+                drawn.map(|(run, &end)| run.part.times * end).sum::<usize>() > self.drawn(wanted)
+            } else {
+                drawn.any(|(run, &end)| end > self.alone(run.part, wanted))
+            }
+        };
+        let missed = self.wanted.iter().filter(|wanted| is_missed(wanted, runs));
+        let missed = missed.map(|&wanted| wanted.1.unwrap_or_else(|| self.drawn(wanted))).collect();
         for &wanted in &self.wanted {
             let drawn = runs.iter().filter(|run| run.part.times > 0);
             for (collapses, run) in shared.iter_mut().zip(drawn) {
@@ -266,22 +311,23 @@ impl Budgets {
                 run.stages.push(run.log.count_for_faces(faces));
             }
         }
-        Ok(())
+        Ok(missed)
     }
 }
 
 impl Part {
     /// The run whose stages are the levels.
-    fn run(
-        &self,
+    fn run<'p>(
+        &'p self,
+        attributes: Cow<'p, Attributes>,
         limits: Target,
         errors: &[f64],
         rules: &SceneRules,
         observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    ) -> Result<Run<'_>, SceneError> {
+    ) -> Result<Run<'p>, SceneError> {
         let mesh = &self.loaded.mesh;
         let mut options = rules.choices.options(mesh, limits).for_levels();
-        self.constrain(&self.attributes, &mut options);
+        self.constrain(&attributes, &mut options);
         if let Some(error) = errors.iter().copied().reduce(f64::max) {
             options = options.within(error / self.scale, rules.choices.check());
             // With decimation to the tolerance, the result would not be a stage of the run.
@@ -289,7 +335,7 @@ impl Part {
         }
         let run =
             simplify_observed(mesh, &options, observe).map_err(|source| self.error(source))?;
-        Ok(Run { part: self, log: run.log, options, stages: Vec::new() })
+        Ok(Run { part: self, attributes, log: run.log, options, stages: Vec::new() })
     }
 }
 
@@ -302,10 +348,10 @@ fn level_of(
     let area = |part: &Part| part.times as f64 * part.scale.powi(2) * part.loaded.mesh.area();
     let whole: f64 = runs.iter().map(|run| area(run.part)).sum();
     let (mut new, mut meshes, mut all) = (Vec::new(), Vec::new(), Sums::default());
-    for Run { part, log, stages, .. } in runs {
+    for Run { part, attributes, log, stages, .. } in runs {
         let collapses = stages.get(level).copied().unwrap_or(0);
         let (mesh, became) = log.level(&part.loaded.mesh, collapses)?;
-        let replaced = part.replacement(&part.attributes, &mesh, &became)?;
+        let replaced = part.replacement(attributes, &mesh, &became)?;
         let share = if whole > 0.0 { area(part) / whole } else { 0.0 };
         let samples = ((share * SAMPLES as f64) as usize).max(FEWEST_SAMPLES);
         let sampling = CompareOptions { samples, ..CompareOptions::default() };
@@ -319,6 +365,7 @@ fn level_of(
             faces: [part.faces(), mesh.topology().face_count()],
             vertices: mesh.topology().vertex_count(),
             collapses,
+            charts: attributes.merged(),
             mean: part.scale * distance.mean(),
             rms: part.scale * distance.rms(),
             max: part.scale * distance.hausdorff(),

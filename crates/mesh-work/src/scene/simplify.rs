@@ -210,7 +210,7 @@ fn together(
 }
 
 /// For each mesh, the attributes with merged charts if the charts of all meshes have no room in a number of faces.
-fn merged(parts: &[&Part], faces: usize) -> Vec<Option<Attributes>> {
+pub(super) fn merged(parts: &[&Part], faces: usize) -> Vec<Option<Attributes>> {
     let (mut places, mut charted) = (Vec::new(), Vec::new());
     for (place, part) in parts.iter().enumerate() {
         let (mesh, growth) = (&part.loaded.mesh, part.scale * part.scale);

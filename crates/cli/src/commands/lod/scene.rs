@@ -1,7 +1,9 @@
 //! `curvmesh lod` of a scene: levels of each mesh, and everything else as it is.
 
 use mesh_io::Format;
-use mesh_work::{MeshOfLevel, SceneLevel, SceneLevels, SceneRules, SceneSteps, scene_levels};
+use mesh_work::{
+    MeshOfLevel, SceneLevel, SceneLevels, SceneRules, SceneSteps, mesh_title, scene_levels,
+};
 use serde::Serialize;
 use simplify::{Options, Target};
 
@@ -14,7 +16,7 @@ use crate::failure::Failure;
 use crate::large::is_folder;
 use crate::load::Seconds;
 use crate::save::{Outputs, make_folder_of, save_scene};
-use crate::scene::{tell_lost, tell_repairs};
+use crate::scene::{tell_charts, tell_lost, tell_repairs};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{settings, show};
 use crate::task::{Report, Source, tell_pictures};
@@ -30,6 +32,9 @@ struct Results {
     settings: Options,
     /// The share of the height of the screen down to which the input is shown.
     shown_from: f64,
+    /// The wanted numbers of drawn faces that no level reaches.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    missed_faces: Vec<usize>,
     levels: Vec<Level>,
 }
 
@@ -142,6 +147,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         preset: options.policy.preset.to_string(),
         settings: settings(&choices.options_without_features(Target::default()).for_levels()),
         shown_from: made.coverage.first().copied().unwrap_or(0.0),
+        missed_faces: made.missed_faces.clone(),
         levels,
     };
     let report = Report::new(console, input, counts, results, seconds).with_output(&options.output);
@@ -152,6 +158,20 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
 /// Reports repairs and losses.
 fn tell(name: &str, made: &SceneLevels, console: &Console) {
     tell_repairs(name, made.repairs.iter(), console);
+    let coarsest = made.levels.last().map_or(&[][..], |level| &level.meshes);
+    for mesh in coarsest {
+        if let Some(charts) = mesh.charts {
+            tell_charts(&mesh_title(mesh.name.as_deref(), mesh.mesh), charts, console);
+        }
+    }
+    if !made.missed_faces.is_empty() {
+        let wanted: Vec<String> = made.missed_faces.iter().map(usize::to_string).collect();
+        let left: usize = coarsest.iter().map(|mesh| mesh.times * mesh.faces[1]).sum();
+        console.message(format_args!(
+            "{name}: levels of {} faces were not reached, {left} left (every further collapse would fold a mesh, change its topology or cross what is protected)",
+            wanted.join(", ")
+        ));
+    }
     tell_lost(name, &made.losses(), console);
 }
 

@@ -27,6 +27,7 @@ use crate::simplify_options::{
     Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall,
 };
 use crate::task::{Report, Source};
+use crate::text::printable;
 use crate::view::{self, name_of};
 
 #[derive(Serialize)]
@@ -38,6 +39,9 @@ struct Results {
     /// Absent if no charts were merged.
     #[serde(skip_serializing_if = "Option::is_none")]
     charts: Option<Charts>,
+    /// The wanted numbers of faces that no level reaches.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    missed_faces: Vec<usize>,
     levels: Vec<Level>,
 }
 
@@ -85,16 +89,26 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         charts.tell(console);
     }
     let spinner = console.spinner("measuring");
-    let (mut levels, models) = Seconds::time(&mut seconds.compute, || {
+    let levels = Seconds::time(&mut seconds.compute, || {
         steps.levels(&record.log, loaded.source(), &attributes, options.policy.check())
     })
-    .map(told)
     .map_err(failed)?;
     spinner.finish_and_clear();
+    let missed_faces = steps.missed_faces(&loaded.mesh, &levels);
+    if let (Some(path), [_, ..]) = (&options.replay, missed_faces.as_slice()) {
+        let fewest = levels.iter().map(|level| level.mesh.topology().face_count()).min();
+        console.message(format_args!(
+            "{}: the record ends at {}, more than were asked for; make a record of more levels",
+            printable(path.display()),
+            counted(fewest.unwrap_or_default(), "faces")
+        ));
+    }
+    let (mut levels, models) = told(levels);
     Seconds::time(&mut seconds.save, || {
         write(&place, &loaded, &mut levels, &models, &record, options, console)
     })?;
-    let results = Results { run, collapses: record.log.len(), rejected, charts, levels };
+    let results =
+        Results { run, collapses: record.log.len(), rejected, charts, missed_faces, levels };
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
     if options.look.is_wanted() {

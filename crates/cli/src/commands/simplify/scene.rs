@@ -12,7 +12,7 @@ use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::Seconds;
-use crate::scene::{tell_lost, tell_repairs};
+use crate::scene::{tell_charts, tell_lost, tell_repairs};
 use crate::simplify_options::{reasons, settings, show};
 use crate::task::{Done, Report, Task};
 use crate::text::printable;
@@ -125,10 +125,8 @@ fn tell(made: &SimplifiedScene, task: &Task, console: &Console) {
     tell_repairs(&name, made.meshes.iter().map(|mesh| &mesh.repairs), console);
     for mesh in &made.meshes {
         let title = mesh_title(mesh.name.as_deref(), mesh.mesh);
-        if let Some([before, after]) = mesh.charts {
-            console.message(format_args!(
-                "{title}: charts of textures, materials and primitives: {before} -> {after} (--keep-seams keeps them)"
-            ));
+        if let Some(charts) = mesh.charts {
+            tell_charts(&title, charts, console);
         }
         if let Some(shortfall) = &mesh.shortfall {
             let reasons = match reasons(shortfall).as_slice() {
