@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use crate::common::{curvmesh, json, write};
+use crate::common::{code, curvmesh, json, write};
 use curvpatch::{CoverOptions, CoverRecord, CurvatureEstimator, Params, Shape, cover};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use mesh_core::{Repair, TriMesh, build};
-use mesh_io::Model;
-use mesh_shapes::{Saddle, Sphere, Torus};
+use mesh_io::{Model, read};
+use mesh_shapes::{Plane, Saddle, Sphere, Torus};
 
 const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
 const SPHERE: Sphere = Sphere { radius: 2.0 };
@@ -26,7 +26,7 @@ fn sphere(folder: &Path) -> String {
 }
 
 fn loaded(path: &str) -> TriMesh {
-    build(&mesh_io::read(path).unwrap().soup, &Repair::strict()).unwrap().mesh
+    build(&read(path).unwrap().soup, &Repair::strict()).unwrap().mesh
 }
 
 fn number(report: &serde_json::Value, key: &str) -> f64 {
@@ -68,7 +68,7 @@ fn a_cover_becomes_triangles_that_lie_near_the_surface() {
     assert!(number(&report, "max_error") <= 0.05);
     assert!(number(&report, "patches") < 100.0);
 
-    let model = mesh_io::read(out).unwrap();
+    let model = read(out).unwrap();
     let patches = face_numbers(&model, "patch");
     let largest = patches.iter().copied().fold(-1.0, f64::max);
     assert!((largest + 1.0 - number(&report, "patches")).abs() < 0.5);
@@ -117,7 +117,7 @@ fn splats_are_discs_on_the_surface() {
     let out = out.to_str().unwrap();
     let arguments = ["patch", &sphere(folder.path()), "-o", out, "--as", "splats"];
     let report = json(&[&arguments[..], &["--tolerance", "0.01", "--shape", "circle"]].concat());
-    let model = mesh_io::read(out).unwrap();
+    let model = read(out).unwrap();
     assert_eq!(
         (model.soup.vertex_count() as f64, model.soup.face_count()),
         (number(&report, "patches"), 0)
@@ -216,7 +216,7 @@ fn face_curvature_goes_to_faces_or_to_the_mean_of_vertices() {
     assert!((number(&report, "integral_gaussian") / (4.0 * pi) - 1.0).abs() < 0.02);
     assert!((number(&report, "f2") / (8.0 * pi) - 1.0).abs() < 0.02);
     assert!(number(&report, "willmore").abs() < 0.01);
-    let model = mesh_io::read(&out).unwrap();
+    let model = read(&out).unwrap();
     assert_eq!(model.face_colors.as_ref().map(Vec::len), Some(5120));
     for (name, value) in
         [("k1", 0.5), ("k2", 0.5), ("gaussian_curvature", 0.25), ("shape_index", 1.0)]
@@ -229,7 +229,7 @@ fn face_curvature_goes_to_faces_or_to_the_mean_of_vertices() {
 
     let glb = folder.path().join("curvature.glb");
     json(&["curvature", &input, "-o", glb.to_str().unwrap(), "--estimator", "face"]);
-    let model = mesh_io::read(&glb).unwrap();
+    let model = read(&glb).unwrap();
     assert_eq!(model.soup.vertex_count(), 2562);
     assert_eq!(model.vertex_colors.as_ref().map(Vec::len), Some(2562));
 }
@@ -254,4 +254,29 @@ fn face_curvature_says_where_sections_are_cut_off() {
     assert_eq!(refused.status.code(), Some(2));
     let refused = curvmesh(&[&arguments[..], &["--radius", "-1"]].concat());
     assert_eq!(refused.status.code(), Some(2));
+}
+
+#[test]
+fn patches_that_stick_out_are_measured_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, output) = (folder.path().join("plane.ply"), folder.path().join("patches.ply"));
+    write(Plane { half_width: 1.0 }.mesh(8, Default::default()).unwrap(), &input);
+    let [input, output] = [&input, &output].map(|path| path.to_str().unwrap());
+    let report = json(&["patch", input, "-o", output]);
+    let overhang = number(&report, "overhang");
+    // The patches are flat and the plane is a square, so every point beyond it is outside of its box.
+    let reaches = read(output)
+        .unwrap()
+        .soup
+        .positions()
+        .iter()
+        .map(|p| DVec2::new((p.x.abs() - 1.0).max(0.0), (p.y.abs() - 1.0).max(0.0)).length())
+        .fold(0.0, f64::max);
+    assert!(overhang > 0.1 && (overhang - reaches).abs() < 0.1 * reaches, "{overhang} {reaches}");
+    let (status, said) = code(&["patch", input, "-o", output]);
+    assert!(status == 0 && said.is_empty(), "{said}");
+    let said = String::from_utf8(curvmesh(&["patch", input, "-o", output]).stdout).unwrap();
+    assert!(said.contains("beyond the boundary") && said.contains("--no-overhang"), "{said}");
+    let inside = json(&["patch", input, "-o", output, "--no-overhang"]);
+    assert_eq!(number(&inside, "overhang"), 0.0);
 }

@@ -64,6 +64,12 @@ impl Cover {
     pub fn max_error(&self) -> f64 {
         self.patches.iter().map(|patch| patch.errors.max()).fold(0.0, f64::max)
     }
+
+    /// The largest distance that a patch sticks out beyond the boundary of the mesh; see [`PatchErrors::overhang`].
+    #[must_use]
+    pub fn overhang(&self) -> f64 {
+        self.patches.iter().map(|patch| patch.errors.overhang).fold(0.0, f64::max)
+    }
 }
 
 /// Covers the mesh of the estimator with patches: [`CoverCandidates::find`], then

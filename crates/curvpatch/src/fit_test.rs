@@ -67,7 +67,7 @@ impl<'a> FitTest<'a> {
     ///
     /// The region extends twice the `tolerance` (model units) beyond the arcs. Errors up to that size
     /// are exact; larger ones may refer to another part of the surface. With `overhang`, test points
-    /// whose closest point is on the boundary of the mesh are ignored.
+    /// whose closest point is on the boundary of the mesh are ignored; see [`PatchErrors::overhang`].
     pub fn full_error(&mut self, fit: &PatchFit, tolerance: f64, overhang: bool) -> PatchErrors {
         self.angles.set_count(TEST_ANGLES);
         let points: Vec<DVec3> = self.angles.full_test(&fit.patch).collect();
@@ -76,8 +76,10 @@ impl<'a> FitTest<'a> {
         let mut points: Vec<TestPoint> = bounded_test_points(&self.region, fit, &points).collect();
         self.region.widen(&fit.patch, reach(&fit.patch, tolerance));
         self.measure(&mut points);
-        let points = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
-        PatchErrors { points, heights }
+        let error = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
+        let ignored = points.iter().filter(|point| point.error(overhang) < point.distance);
+        let overhang = ignored.map(|point| point.distance).fold(0.0, f64::max);
+        PatchErrors { points: error, heights, overhang }
     }
 
     /// The faces under a patch, at any distance: the faces of its region with all vertices over or under its

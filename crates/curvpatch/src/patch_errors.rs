@@ -12,6 +12,10 @@ pub struct PatchErrors {
     ///
     /// All vertices over or under the footprint count.
     pub heights: f64,
+    /// Largest distance from the mesh of a test point beyond its boundary, where such points are ignored; 0 where they
+    /// are not. It tells how far the patch sticks out, and is no error.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub overhang: f64,
 }
 
 impl PatchErrors {

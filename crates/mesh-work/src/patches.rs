@@ -92,14 +92,18 @@ fn restored(patch: CoverPatch, scale: UnitScale) -> Result<CoverPatch, curvpatch
         translation: length(scaled.translation),
         ..scaled
     };
-    let PatchErrors { points, heights } = patch.errors;
+    let PatchErrors { points, heights, overhang } = patch.errors;
     Ok(CoverPatch {
         fit: PatchFit {
             curvature: restored_disc(&patch.fit.curvature, scale),
             patch: Patch::try_from(data)?,
             ..patch.fit
         },
-        errors: PatchErrors { points: length(points), heights: length(heights) },
+        errors: PatchErrors {
+            points: length(points),
+            heights: length(heights),
+            overhang: length(overhang),
+        },
         ..patch
     })
 }

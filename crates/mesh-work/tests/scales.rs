@@ -64,7 +64,8 @@ fn patches_of_scaled_meshes_are_scaled_patches() {
         assert_eq!(found.tolerance, 0.03 * scale);
         let model = cover_model(&original, &found, 0.01 * scale).unwrap();
         let places = model.soup.positions().iter().map(|&p| (p / scale).to_array());
-        let errors = found.patches.iter().map(|p| [p.errors.points, p.errors.heights, 0.0]);
+        let errors =
+            found.patches.iter().map(|p| [p.errors.points, p.errors.heights, p.errors.overhang]);
         let numbers = places.chain(errors.map(|e| e.map(|x| x / scale)));
         (found.patches.len(), numbers.flatten().map(f64::to_bits).collect::<Vec<u64>>())
     };

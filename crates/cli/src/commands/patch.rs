@@ -23,6 +23,7 @@ use crate::args::{EstimatorPreset, FormatName};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::counted::counted;
+use crate::decimal::Decimal;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::{Loading, Seconds};
@@ -173,6 +174,8 @@ struct Results {
     /// In model units; null when a radius was given instead.
     tolerance: Option<f64>,
     max_error: f64,
+    /// How far patches stick out beyond the boundary of the mesh, in model units.
+    overhang: f64,
     method: &'static str,
 }
 
@@ -214,6 +217,7 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
         uncovered_faces: cover.residual.len(),
         tolerance: options.what.radius.is_none().then_some(cover.tolerance),
         max_error: cover.max_error(),
+        overhang: cover.overhang(),
         method: options.what.method_name(&cover),
     };
     let report = task.report(console, loaded.counts(), results, seconds);
@@ -272,10 +276,10 @@ fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<
             triangles: part.triangles,
             lines,
             facts: vec![
-                ("k1".into(), format!("{k1:.6}")),
-                ("k2".into(), format!("{k2:.6}")),
+                ("k1".into(), Decimal(k1).to_string()),
+                ("k2".into(), Decimal(k2).to_string()),
                 ("covers faces".into(), patch.faces.len().to_string()),
-                ("largest error".into(), format!("{:.6}", patch.errors.max())),
+                ("largest error".into(), Decimal(patch.errors.max()).to_string()),
             ],
             ..Exhibit::default()
         });
@@ -494,16 +498,23 @@ fn write(
 }
 
 fn summary(report: &Report<Results>) -> String {
-    let Results { patches, covered_faces, tolerance, max_error, .. } = &report.results;
+    let Results { patches, covered_faces, tolerance, max_error, overhang, .. } = &report.results;
     let kept = match tolerance {
-        Some(tolerance) => format!("tolerance {tolerance:.6}, "),
+        Some(tolerance) => format!("tolerance {}, ", Decimal(*tolerance)),
         None => String::new(),
     };
-    format!(
-        "{}: {} for {covered_faces} of {} in {:.3} s ({kept}largest error {max_error:.6})",
+    let text = format!(
+        "{}: {} for {covered_faces} of {} in {:.3} s ({kept}largest error {})",
         report.subject(),
         counted(*patches, "patches"),
         counted(report.faces, "faces"),
         report.seconds.compute,
-    )
+        Decimal(*max_error),
+    );
+    if *overhang == 0.0 {
+        return text;
+    }
+    let cure = if tolerance.is_some() { "; --no-overhang keeps them inside" } else { "" };
+    let overhang = Decimal(*overhang);
+    format!("{text}\n  patches stick out up to {overhang} beyond the boundary of the mesh{cure}")
 }
