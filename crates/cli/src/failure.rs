@@ -9,6 +9,7 @@ use mesh_work::SceneError;
 use serde::Serialize;
 use simplify::{RecordError, ReplayError, SimplifyError};
 
+use crate::counted::counted;
 use crate::text::printable;
 
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +32,12 @@ pub(crate) enum Failure {
         .0.display()
     )]
     NothingLeft(PathBuf),
+    #[error(
+        "{}: it has {} and no faces, but this takes a surface; `info`, `convert`, `distance` and `view` take points, and --allow-empty passes them on",
+        path.display(),
+        counted(*points, "points")
+    )]
+    NoFaces { path: PathBuf, points: usize },
     #[error("{}: {source}", path.display())]
     Surface { path: PathBuf, source: Box<SurfaceError> },
     #[error("{0}")]
@@ -202,6 +209,7 @@ impl Failure {
             },
             Self::Build { .. }
             | Self::NothingLeft(_)
+            | Self::NoFaces { .. }
             | Self::Surface { .. }
             | Self::Simplify(_)
             | Self::Refused(_) => 4,
@@ -227,7 +235,7 @@ impl Failure {
             },
             Self::Folder { .. } => "unreadable",
             Self::NoFiles(_) => "no-files",
-            Self::NothingLeft(_) => "empty",
+            Self::NothingLeft(_) | Self::NoFaces { .. } => "empty",
             Self::Record { .. } | Self::Replay(_) => "record",
             Self::Build { source, .. } => match **source {
                 BuildError::TooManyElements { .. } => "too-large",
@@ -299,6 +307,7 @@ impl Failure {
             Self::Folder { path, .. }
             | Self::NoFiles(path)
             | Self::NothingLeft(path)
+            | Self::NoFaces { path, .. }
             | Self::Surface { path, .. }
             | Self::Record { path, .. }
             | Self::Write { path, .. } => Some(Place::file(path)),
@@ -315,7 +324,7 @@ impl Failure {
                 ReadErrorKind::Empty { .. } => Some("--allow-empty".into()),
                 _ => None,
             },
-            Self::NothingLeft(_) => Some("--allow-empty".into()),
+            Self::NothingLeft(_) | Self::NoFaces { .. } => Some("--allow-empty".into()),
             Self::Build { source, joined, .. } => {
                 let message = source.to_string();
                 let repairs = message.split('`').skip(1).step_by(2).map(as_option);

@@ -307,6 +307,7 @@ impl Loading {
     /// and cannot flip. So are open edges that lie on each other, without `--strict`.
     pub(crate) fn load(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let (model, format) = self.read.read_with_format(path, false, console)?;
+        self.check_faces(path, &model)?;
         let mut repair = self.repairs(&model)?;
         let usual = usual_weld(&model, format);
         let joined = self.repair.weld.is_none()
@@ -328,6 +329,16 @@ impl Loading {
         let model = self.read(path, console)?;
         let repair = self.repairs(&model)?;
         self.check_left(path, assemble(path, model, &repair, (Made::AsTold, false), console)?)
+    }
+
+    /// Refuses points without faces, unless empty meshes are allowed.
+    pub(crate) fn check_faces(&self, path: &Path, model: &Model) -> Result<(), Failure> {
+        match (model.soup.vertex_count(), model.soup.face_count()) {
+            (points @ 1.., 0) if !self.read.allow_empty => {
+                Err(Failure::NoFaces { path: path.to_owned(), points })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Refuses a mesh that the repairs have left empty, unless empty meshes are allowed.

@@ -149,3 +149,33 @@ fn a_page_shows_an_error_in_the_middle_of_a_face() {
     let html = std::fs::read_to_string(&page).unwrap();
     assert!(html.contains("vertex:distance") && !html.contains("\"face:largest"));
 }
+
+#[test]
+fn commands_on_surfaces_refuse_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = cloud(folder.path(), "cloud.ply", &POINTS);
+    let points = text(&points);
+    let out = folder.path().join("out.ply");
+    let levels = folder.path().join("levels");
+    let (out, levels) = (text(&out), text(&levels));
+    let commands: [&[&str]; 7] = [
+        &["simplify", points, "-o", out, "--ratio", "0.5"],
+        &["curvature", points, "-o", out],
+        &["flip", points, "-o", out],
+        &["patch", points, "-o", out],
+        &["subdivide", points, "-o", out],
+        &["repair", points, "-o", out],
+        &["lod", points, "-o", levels],
+    ];
+    for command in commands {
+        let (status, said) = code(command);
+        assert_eq!(status, 4, "{command:?}: {said}");
+        assert!(said.contains("4 points and no faces") && said.contains("--allow-empty"), "{said}");
+        assert!(!Path::new(out).exists() && !Path::new(levels).exists(), "{command:?}");
+    }
+    let (status, _) = code(&["simplify", points, "-o", out, "--ratio", "0.5", "--allow-empty"]);
+    assert_eq!(status, 0);
+    for command in [&["info", points][..], &["convert", points, "-o", out]] {
+        assert_eq!(code(command).0, 0, "{command:?}");
+    }
+}

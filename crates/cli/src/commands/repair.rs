@@ -214,6 +214,7 @@ fn of_mesh(options: &Repair, task: &Task, console: &Console) -> Result<Done, Fai
     let loading = &options.job.loading;
     let mut loaded = Seconds::time(&mut seconds.load, || {
         let model = loading.read(&task.input, console)?;
+        loading.check_faces(&task.input, &model)?;
         let mut repairs = asked(options, loading.repairs(&model)?);
         if loading.repair.weld.is_none()
             && (options.purpose.is_some() || options.fill_holes.is_some())
