@@ -106,6 +106,20 @@ fn faces_with_vertices_of_their_own_are_joined() {
         let copied = json(&["convert", input, "-o", output]);
         assert_eq!(copied["vertices"], soup.vertex_count());
     }
+    // A format that splits vertices: `info` sees the mesh that the others see.
+    let path = folder.path().join("soup.glb");
+    write(soup.clone(), &path);
+    let path = path.to_str().unwrap();
+    let info = json(&["info", path]);
+    let count = |key: &str| info[key].as_u64().unwrap() as usize;
+    assert_eq!(
+        (&info["closed"], count("vertices")),
+        (&true.into(), whole.vertex_count()),
+        "{info}"
+    );
+    assert_eq!(count("joined_vertices") + count("vertices"), 3 * count("triangles"));
+    let apart = json(&["info", path, "--weld", "none"]);
+    assert_eq!((&apart["closed"], &apart["joined_vertices"]), (&false.into(), &0.into()));
 }
 
 /// Patches whose common points differ by rounding stay apart; the message names the gap and the option that closes it.

@@ -4,10 +4,11 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use mesh_core::PolygonSoup;
-use mesh_core::build::{BuildError, Repair, count_seam_edges};
+use mesh_core::build::{BuildError, Repair, Weld, count_seam_edges};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use mesh_core::measure::SoupMeasures;
 use mesh_io::{Format, Model};
+use mesh_work::splits_vertices;
 use out_of_core::Statistics;
 use serde::Serialize;
 
@@ -24,9 +25,10 @@ use crate::task::{Done, Report, Task};
 
 /// Count the parts and defects of a mesh, and measure it
 ///
-/// Works on any file that can be read, and reports it as it is, defects included. With repairs, it
-/// reports the repaired mesh; with `--weld` alone, the welded file with its other defects. A glTF
-/// scene is shown as a tree.
+/// Works on any file that can be read, and reports it as it is, defects included. Copies of a vertex
+/// count as one where the format makes them, as glTF does at seams; `--weld none` counts them apart.
+/// With repairs, it reports the repaired mesh; with `--weld` alone, the welded file with its other
+/// defects. A glTF scene is shown as a tree.
 ///
 ///     curvmesh info scan.ply
 ///     curvmesh info scans/
@@ -73,6 +75,8 @@ struct Results {
     sliver_faces: usize,
     unreferenced_vertices: usize,
     non_finite_vertices: usize,
+    /// Copies of vertices in a format that splits vertices; they are joined, and not among the vertices.
+    joined_vertices: usize,
     /// Null if no vertex in use is finite, like the sizes below.
     bbox_min: Option<[f64; 3]>,
     bbox_max: Option<[f64; 3]>,
@@ -98,20 +102,21 @@ fn one(options: &Info, task: &Task, console: &Console) -> Result<Done, Failure> 
     }
     let is_gltf = matches!(options.loading.format(input)?, Some(Format::Gltf | Format::Glb));
     let is_scene = is_gltf && !is_standard(input);
-    let soup = Seconds::time(&mut seconds.load, || {
+    let (soup, joined_vertices) = Seconds::time(&mut seconds.load, || {
         let model = if is_scene {
             options.loading.read_beside_scene(input, console)
         } else {
             options.loading.read(input, console)
         };
-        subject(&options.loading, input, model?, console)
+        subject(&options.loading, input, model?, is_gltf, console)
     })?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
         .map_err(|source| rejected(input, source))?;
     let scene = is_scene.then(|| options.loading.scene(input, console)).transpose()?;
     let scene = scene.as_ref().map(SceneTree::of);
     let seam_edges = Some(count_seam_edges(&soup));
-    let results = Results { scene, seam_edges, ..results(&soup.measure(), &diagnosis) };
+    let results = results(&soup.measure(), &diagnosis);
+    let results = Results { scene, seam_edges, joined_vertices, ..results };
     report(task, &diagnosis, results, seconds, console)
 }
 
@@ -147,27 +152,37 @@ fn rejected(input: &Path, source: BuildError) -> Failure {
     Failure::Build { path: input.to_owned(), source: Box::new(source), joined: false }
 }
 
-/// The file as it is or welded, or the mesh that repairs make of it.
+/// The file as it is or welded, or the mesh that repairs make of it. Copies of a vertex in a format that splits vertices
+/// are joined, as all other commands do; also returns their number.
 fn subject(
     loading: &Loading,
     input: &Path,
     model: Model,
+    is_gltf: bool,
     console: &Console,
-) -> Result<PolygonSoup, Failure> {
-    let repair = loading.repairs(&model)?;
+) -> Result<(PolygonSoup, usize), Failure> {
+    let mut repair = loading.repairs(&model)?;
+    let splits = splits_vertices(&model, is_gltf.then_some(Format::Gltf));
+    let joins = splits && loading.repair.weld.is_none() && !loading.repair.strict;
+    if joins && repair.weld == Weld::None {
+        repair.weld = Weld::Exact;
+    }
+    let vertices = model.soup.vertex_count();
     let mut only_weld = Repair::strict();
     only_weld.weld = repair.weld;
     if repair != only_weld || loading.repair.strict {
         let loaded = assemble(input, model, &repair, (Made::AsTold, false), console)?;
         let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
-        return Ok(model.soup);
+        return Ok((model.soup, 0));
     }
     let soup = model.soup;
     let targets = repair.weld.targets(&soup).map_err(|source| rejected(input, source))?;
-    Ok(match targets {
+    let soup = match targets {
         Some(targets) => soup.merged(&targets),
         None => soup,
-    })
+    };
+    let joined = if joins { vertices - soup.vertex_count() } else { 0 };
+    Ok((soup, joined))
 }
 
 fn results(measures: &SoupMeasures, found: &Diagnosis) -> Results {
@@ -203,6 +218,7 @@ fn results(measures: &SoupMeasures, found: &Diagnosis) -> Results {
         bbox_max: bounds.map(|b| b.max.to_array()),
         area: bounds.and_then(|_| finite(measures.area)),
         volume: bounds.and_then(|_| finite(measures.volume)).filter(|_| encloses),
+        joined_vertices: 0,
         scene: None,
     }
 }
@@ -211,7 +227,14 @@ impl fmt::Display for Report<Results> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let found = &self.results;
         writeln!(f, "{}", self.subject())?;
-        writeln!(f, "  vertices     {}", self.vertices)?;
+        let joined = match found.joined_vertices {
+            0 => String::new(),
+            count => format!(
+                " (without {}, which other commands join as well; --weld none keeps them apart)",
+                counted(count, "copies")
+            ),
+        };
+        writeln!(f, "  vertices     {}{joined}", self.vertices)?;
         writeln!(
             f,
             "  faces        {} (triangles {}, quadrilaterals {}, larger {}; counts below are of triangles)",
@@ -247,10 +270,10 @@ impl fmt::Display for Report<Results> {
             writeln!(f, "  box          {min:?} to {max:?}")?;
         }
         if let Some(area) = found.area {
-            write!(f, "  area         {area}")?;
+            write!(f, "  area         {area:?}")?;
         }
         if let Some(volume) = found.volume {
-            write!(f, "\n  volume       {volume}")?;
+            write!(f, "\n  volume       {volume:?}")?;
         }
         if let Some(scene) = &found.scene {
             write!(f, "\n{scene}")?;
