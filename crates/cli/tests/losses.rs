@@ -79,3 +79,29 @@ fn types_and_labels_come_through() {
     assert_eq!(status, 2);
     assert!(said.contains("weight") && said.contains("part, heat, label"), "{said}");
 }
+
+#[test]
+fn what_results_replace_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let ply = PLY
+        .replace("uchar part", "uchar red\nproperty uchar green\nproperty uchar blue")
+        .replace("float heat", "float k1\nproperty float distance")
+        .replace(" 10 0.5", " 9 8 7 1 1")
+        .replace(" 20 1\n", " 9 8 7 1 1\n")
+        .replace(" 30 2", " 9 8 7 1 1")
+        .replace(" 40 4", " 9 8 7 1 1")
+        .replace("short label", "short K_known");
+    let ply = file(folder, "a.ply", &ply);
+    let output = out(folder, "b.ply");
+    for estimator in ["auto", "vertex", "fit"] {
+        let report = json(&["curvature", &ply, "-o", &output, "--estimator", estimator]);
+        assert_eq!(lost(&report, "curvature"), ["colours", "numbers k1"], "{estimator}");
+    }
+    let report = json(&["distance", &ply, &ply, "-o", &output]);
+    assert_eq!(lost(&report, "distance"), ["colours", "numbers distance"]);
+    // Nothing is replaced where nothing was.
+    let plain = file(folder, "plain.obj", OBJ);
+    let report = json(&["curvature", &plain, "-o", &output]);
+    assert!(lost(&report, "curvature").iter().all(|what| !what.contains("colours")), "{report}");
+}

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use mesh_core::build::{BuildReport, Repair, Weld};
-use mesh_io::{Model, Scalars};
+use mesh_io::Model;
 use mesh_metric::{
     CertifiedBounds, CertifyOptions, CompareOptions, Comparison, OneSided, SignedDistance,
     SignedSide, Surface, Worst, compare, compare_one_way, compare_signed_until, hausdorff_bounds,
@@ -19,6 +19,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::{Loading, Seconds, no_surface, surface_or_points};
+use crate::replaced::Replaced;
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_folder_of, check_target, save};
 use crate::session::{Outcome, Session};
 use crate::streaming::{Streaming, with_bar};
@@ -482,9 +483,11 @@ impl Results {
 /// Gives every vertex its distance from the other surface as a number and a colour.
 fn color(model: &mut Model, distances: Vec<f64>, options: &Distance, console: &Console) {
     let scale = options.colors.scale(options.signed, distances.clone());
+    let mut replaced = Replaced::default();
+    replaced.take(&mut model.vertex_colors);
     model.vertex_colors = Some(distances.iter().map(|&d| opaque(scale.color(d))).collect());
-    model.vertex_scalars.retain(|scalars| scalars.name != "distance");
-    model.vertex_scalars.push(Scalars::new("distance", distances));
+    replaced.set(&mut model.vertex_scalars, "distance", distances);
+    replaced.tell(&options.first, console);
     console.message(options.colors.explain(&scale));
 }
 

@@ -20,6 +20,7 @@ use crate::args::{AreaName, parse_angle, parse_count, parse_seconds};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::counted::counted;
+use crate::decimal::Decimal;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::{self, Interruption, KEEP_PARTIAL};
@@ -184,7 +185,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
         options.look.write(page(&task.input, before, &loaded.mesh), &report, console)?;
     }
     let Results { cost, cost_before, cost_after, .. } = &report.results;
-    let brief = format!("{cost} {cost_before:.6} -> {cost_after:.6}");
+    let brief = format!("{cost} {} -> {}", Decimal(*cost_before), Decimal(*cost_after));
     report.done(console, summary(&report), brief)
 }
 
@@ -337,7 +338,9 @@ fn summary(report: &Report<Results>) -> String {
     let Results { cost, cost_before, cost_after, flips, stop, .. } = &report.results;
     let (file, seconds) = (report.subject(), report.seconds.compute);
     format!(
-        "{file}: {cost} {cost_before:.6} -> {cost_after:.6} with {} in {seconds:.3} s ({stop})",
+        "{file}: {cost} {} -> {} with {} in {seconds:.3} s ({stop})",
+        Decimal(*cost_before),
+        Decimal(*cost_after),
         counted(*flips, "flips")
     )
 }

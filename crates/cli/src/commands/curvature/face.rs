@@ -2,7 +2,7 @@
 
 use curvpatch::{DiscCurvature, DiscSize, Params};
 use mesh_core::{TriMesh, VertexMap};
-use mesh_io::{Format, Model, Scalars};
+use mesh_io::{Format, Model};
 use mesh_render::Scale;
 use mesh_view::Lines;
 use mesh_work::{FaceValues, Integrals, Loaded, Quantity, disc_quantity};
@@ -12,8 +12,10 @@ use crate::colormap::opaque;
 use crate::commands::curvature::options::Curvature;
 use crate::commands::curvature::orientation::load;
 use crate::console::Console;
+use crate::decimal::Decimal;
 use crate::failure::Failure;
 use crate::load::Seconds;
+use crate::replaced::Replaced;
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
@@ -77,7 +79,9 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     if let Some(output) = &task.output {
         let in_faces =
             matches!(options.job.save.format_of(output), Some(Format::Ply | Format::Off));
-        let model = colored(quantity, in_faces, &loaded, &values, &scale)?;
+        let mut replaced = Replaced::default();
+        let model = colored(in_faces, &loaded, &values, (quantity, &scale), &mut replaced)?;
+        replaced.tell(&task.input, console);
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
@@ -85,7 +89,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         Results { inside_out: Some(inside_out), ..results(options, &loaded, &values, &scale) };
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
-        let model = colored(quantity, true, &loaded, &values, &scale)?;
+        let shown = (quantity, &scale);
+        let model = colored(true, &loaded, &values, shown, &mut Replaced::default())?;
         let mut exhibit =
             view::content(&name_of(&task.input), &task.input, &model, &options.job.loading)?;
         exhibit.face_colors = None;
@@ -94,7 +99,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         options.look.write(page, &report, console)?;
     }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
-    let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
+    let brief =
+        format!("integral of K {integral_gaussian:.6}, of |H| {}", Decimal(integral_abs_mean));
     report.done(console, summary(&report), brief)
 }
 
@@ -126,23 +132,22 @@ fn directions(values: &FaceValues) -> Vec<Lines> {
 /// Colours are stored in the faces if the format supports it (PLY, OFF). Otherwise each vertex gets the
 /// colour of the area-weighted mean of its faces, so that the mesh stays connected.
 fn colored(
-    quantity: Quantity,
     in_faces: bool,
     loaded: &Loaded,
     values: &FaceValues,
-    scale: &Scale,
+    (quantity, scale): (Quantity, &Scale),
+    replaced: &mut Replaced,
 ) -> Result<Model, Failure> {
     let mut model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let discs = values.discs.as_slice();
     let of_faces = Quantity::ALL.iter().filter(|q| !q.is_of_star());
     for &quantity in of_faces {
         let name = quantity.property();
-        model.face_scalars.retain(|scalars| scalars.name != name);
         let of_face = |disc: &Option<DiscCurvature>| {
             disc.map_or(f64::NAN, |disc| disc_quantity(&disc, quantity))
         };
         let values: Vec<f64> = discs.iter().map(of_face).collect();
-        model.face_scalars.push(Scalars::new(name, values));
+        replaced.set(&mut model.face_scalars, name, values);
     }
     let flags: [(&str, Vec<bool>); 3] = [
         (KNOWN, discs.iter().map(Option::is_some).collect()),
@@ -150,12 +155,11 @@ fn colored(
         (CLOSED, values.closed.as_slice().to_vec()),
     ];
     for (name, flags) in flags {
-        model.face_scalars.retain(|scalars| scalars.name != name);
         let values: Vec<u8> = flags.into_iter().map(u8::from).collect();
-        model.face_scalars.push(Scalars::new(name, values));
+        replaced.set(&mut model.face_scalars, name, values);
     }
-    model.vertex_colors = None;
-    model.face_colors = None;
+    replaced.take(&mut model.vertex_colors);
+    replaced.take(&mut model.face_colors);
     if in_faces {
         let color = |disc: &Option<DiscCurvature>| {
             disc.map_or(UNKNOWN, |d| opaque(scale.color(disc_quantity(&d, quantity))))
@@ -210,16 +214,16 @@ fn results(options: &Curvature, loaded: &Loaded, values: &FaceValues, scale: &Sc
 fn summary(report: &Report<Results>) -> String {
     let found = &report.results;
     format!(
-        "{}: sections of {:.6} to either side{}; integral of K {:.6}, of |H| {:.6}\n  faces with sections that end at the boundary: {} of {}; faces of unknown curvature (NaN): {}, of these with sections that close on themselves: {}",
+        "{}: sections of {} to either side{}; integral of K {:.6}, of |H| {}\n  faces with sections that end at the boundary: {} of {}; faces of unknown curvature (NaN): {}, of these with sections that close on themselves: {}",
         report.subject(),
-        found.radius,
+        Decimal(found.radius),
         if found.local_radius {
             " (median; four local edge lengths in each direction)"
         } else {
             ""
         },
         found.integrals.integral_gaussian,
-        found.integrals.integral_abs_mean,
+        Decimal(found.integrals.integral_abs_mean),
         found.truncated_faces,
         report.faces,
         found.faces_without_curvature,

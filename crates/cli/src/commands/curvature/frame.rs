@@ -4,7 +4,7 @@
 use dcurv::{FitScale, JetFitOptions};
 use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh};
-use mesh_io::{Format, Model, Scalars};
+use mesh_io::{Format, Model};
 use mesh_render::Scale;
 use mesh_work::{FrameEstimator, FrameValue, FrameValues, Integrals, Length, PointKind, Quantity};
 use serde::Serialize;
@@ -13,8 +13,10 @@ use crate::colormap::opaque;
 use crate::commands::curvature::options::{Curvature, EstimatorName, Shown};
 use crate::commands::curvature::orientation::load;
 use crate::console::Console;
+use crate::decimal::Decimal;
 use crate::failure::Failure;
 use crate::load::Seconds;
+use crate::replaced::Replaced;
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
@@ -131,7 +133,10 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
                 let format = options.job.save.format_of(output);
                 let model =
                     loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
-                colored(model, format, &values, quantity, &scale)
+                let mut replaced = Replaced::default();
+                let model = colored(model, format, &values, (quantity, &scale), &mut replaced);
+                replaced.tell(&task.input, console);
+                model
             }
             Shown::Arrows => arrows(&loaded.mesh, &values)?,
         };
@@ -159,7 +164,9 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
         let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
-        let model = colored(model, Some(Format::Ply), &values, quantity, &scale);
+        let format = Some(Format::Ply);
+        let shown = (quantity, &scale);
+        let model = colored(model, format, &values, shown, &mut Replaced::default());
         let mut exhibit =
             view::content(&name_of(&task.input), &task.input, &model, &options.job.loading)?;
         exhibit.vertex_colors = None;
@@ -169,7 +176,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         options.look.write(page, &report, console)?;
     }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
-    let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
+    let brief =
+        format!("integral of K {integral_gaussian:.6}, of |H| {}", Decimal(integral_abs_mean));
     report.done(console, summary(&report), brief)
 }
 
@@ -178,18 +186,20 @@ fn colored(
     mut model: Model,
     format: Option<Format>,
     values: &FrameValues,
-    quantity: Quantity,
-    scale: &Scale,
+    (quantity, scale): (Quantity, &Scale),
+    replaced: &mut Replaced,
 ) -> Model {
     let known = values.of_vertex.as_slice();
     let color =
         |v: &Option<FrameValue>| v.map_or(UNKNOWN, |v| opaque(scale.color(v.quantity(quantity))));
+    replaced.take(&mut model.vertex_colors);
     model.vertex_colors = Some(known.iter().map(color).collect());
     if has_numbers(format) {
         for &quantity in Quantity::ALL.iter().filter(|q| !q.is_of_star()) {
-            set(&mut model, quantity.property(), values.of_quantity(quantity).into_vec());
+            let values = values.of_quantity(quantity).into_vec();
+            replaced.set(&mut model.vertex_scalars, quantity.property(), values);
         }
-        add_frames(&mut model, values);
+        add_frames(&mut model, values, replaced);
     }
     model
 }
@@ -199,18 +209,15 @@ pub(super) fn has_numbers(format: Option<Format>) -> bool {
     matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb))
 }
 
-/// Sets the numbers of this name.
-pub(super) fn set(model: &mut Model, name: &str, values: Vec<f64>) {
-    model.vertex_scalars.retain(|scalars| scalars.name != name);
-    model.vertex_scalars.push(Scalars::new(name, values));
-}
-
 /// Sets directions, errors and kinds.
-pub(super) fn add_frames(model: &mut Model, values: &FrameValues) {
+pub(super) fn add_frames(model: &mut Model, values: &FrameValues, replaced: &mut Replaced) {
+    let mut set = |name: &str, values: Vec<f64>| {
+        replaced.set(&mut model.vertex_scalars, name, values);
+    };
     let known = values.of_vertex.as_slice();
     let mut add = |name: &str, of: &dyn Fn(&FrameValue) -> f64| {
         let values = known.iter().map(|v| v.as_ref().map_or(f64::NAN, of)).collect();
-        set(model, name, values);
+        set(name, values);
     };
     for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
         add(&format!("k1_{letter}"), &|v| v.frame.direction_max[axis]);
@@ -219,12 +226,12 @@ pub(super) fn add_frames(model: &mut Model, values: &FrameValues) {
     if values.fit.is_some() {
         add(ERROR, &|v| v.error);
     }
-    set(model, KNOWN, known.iter().map(|v| f64::from(u8::from(v.is_some()))).collect());
+    set(KNOWN, known.iter().map(|v| f64::from(u8::from(v.is_some()))).collect());
     let code = |kind: &PointKind| {
         let place = PointKind::ALL.iter().position(|other| other == kind);
         place.unwrap_or_default() as f64
     };
-    set(model, KIND, values.kinds.as_slice().iter().map(code).collect());
+    set(KIND, values.kinds.as_slice().iter().map(code).collect());
 }
 
 /// The colour of vertices without curvature.
@@ -275,21 +282,22 @@ fn summary(report: &Report<Results>) -> String {
     let way = match (&found.settings, found.radius) {
         (Settings::Ball { .. }, radius) => {
             let normals = if found.estimator == "ball" { "" } else { " with interpolated normals" };
-            format!("averages over balls of radius {:.6}{reduced}{normals}", radius.unwrap_or(0.0))
+            let radius = Decimal(radius.unwrap_or(0.0));
+            format!("averages over balls of radius {radius}{reduced}{normals}")
         }
         (Settings::Fit(JetFitOptions { scale: FitScale::Rings(rings), .. }), _) => {
             format!("quadratic surfaces fitted to {rings} rings")
         }
         (Settings::Fit(JetFitOptions { scale: FitScale::Radius(radius), .. }), _) => {
-            format!("surfaces fitted within a radius of {radius:.6}")
+            format!("surfaces fitted within a radius of {}", Decimal(*radius))
         }
         _ => "surfaces fitted to the nearest points".to_owned(),
     };
     format!(
-        "{}: {way}; integral of K {:.6}, of |H| {:.6}\n  {}",
+        "{}: {way}; integral of K {:.6}, of |H| {}\n  {}",
         report.subject(),
         found.integrals.integral_gaussian,
-        found.integrals.integral_abs_mean,
+        Decimal(found.integrals.integral_abs_mean),
         found.found.line(report.vertices),
     )
 }

@@ -11,13 +11,15 @@ use serde::Serialize;
 
 use crate::colormap::opaque;
 use crate::commands::curvature::frame::{
-    Found, UNKNOWN, add_frames, estimator, frames, has_numbers, set,
+    Found, UNKNOWN, add_frames, estimator, frames, has_numbers,
 };
 use crate::commands::curvature::options::{Curvature, EstimatorName};
 use crate::commands::curvature::orientation::load;
 use crate::console::Console;
+use crate::decimal::Decimal;
 use crate::failure::Failure;
 use crate::load::Seconds;
+use crate::replaced::Replaced;
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
@@ -91,8 +93,10 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     };
     if let Some(output) = &task.output {
         let format = options.job.save.format_of(output);
-        let model =
-            colored(loaded.into_model().map_err(Failure::model)?, format, &values, &shown, &scale);
+        let mut replaced = Replaced::default();
+        let model = loaded.into_model().map_err(Failure::model)?;
+        let model = colored(model, format, &values, (&shown, &scale), &mut replaced);
+        replaced.tell(&task.input, console);
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
@@ -118,7 +122,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
 /// Prints the report.
 pub(super) fn done(report: &Report<Results>, console: &Console) -> Result<Done, Failure> {
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
-    let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
+    let brief =
+        format!("integral of K {integral_gaussian:.6}, of |H| {}", Decimal(integral_abs_mean));
     report.done(console, summary(report), brief)
 }
 
@@ -132,7 +137,8 @@ fn page(
     scale: &Scale,
 ) -> Result<Page, Failure> {
     let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
-    let model = colored(model, Some(Format::Ply), values, shown, scale);
+    let format = Some(Format::Ply);
+    let model = colored(model, format, values, (shown, scale), &mut Replaced::default());
     let mut exhibit =
         view::content(&name_of(&task.input), &task.input, &model, &options.job.loading)?;
     exhibit.vertex_colors = None;
@@ -154,18 +160,20 @@ fn colored(
     mut model: Model,
     format: Option<Format>,
     values: &Values,
-    shown: &VertexMap<f64>,
-    scale: &Scale,
+    (shown, scale): (&VertexMap<f64>, &Scale),
+    replaced: &mut Replaced,
 ) -> Model {
     let shown = shown.as_slice();
     let color = |value: f64| if value.is_nan() { UNKNOWN } else { opaque(scale.color(value)) };
+    replaced.take(&mut model.vertex_colors);
     model.vertex_colors = Some(parallel::collect(shown.len(), |i| color(shown[i])));
     if has_numbers(format) {
         for &quantity in Quantity::ALL {
-            set(&mut model, quantity.property(), values.of_quantity(quantity).into_vec());
+            let values = values.of_quantity(quantity).into_vec();
+            replaced.set(&mut model.vertex_scalars, quantity.property(), values);
         }
         if let Some(frames) = &values.frames {
-            add_frames(&mut model, frames);
+            add_frames(&mut model, frames, replaced);
         }
     }
     model
@@ -202,7 +210,10 @@ fn summary(report: &Report<Results>) -> String {
     let (file, clamped, vertices) =
         (report.subject(), report.results.clamped_vertices, report.vertices);
     let mut text = format!(
-        "{file}: integral of K {integral_gaussian:.6}, integral of |H| {integral_abs_mean:.6}\n  F1 {f1:.6}, F2 {f2:.6}, F3 {f3:.6}, Willmore {willmore:.6}\n  {clamped} of {vertices} vertices have H² < K"
+        "{file}: integral of K {integral_gaussian:.6}, integral of |H| {}\n  F1 {f1:.6}, F2 {}, F3 {}, Willmore {willmore:.6}\n  {clamped} of {vertices} vertices have H² < K",
+        Decimal(*integral_abs_mean),
+        Decimal(*f2),
+        Decimal(*f3),
     );
     if let Some(found) = &report.results.found {
         text += &format!("\n  fitted surfaces: {}", found.line(vertices));
