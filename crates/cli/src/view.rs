@@ -199,12 +199,26 @@ pub(crate) const MODEL_UNITS: &str = "model units";
 /// Tells the units of curvatures.
 pub(crate) fn set_units(fields: &mut [Field]) {
     for field in fields {
-        let unit = match &*field.name {
-            "mean_curvature" | "k1" | "k2" | "curvedness" => "1 / model unit",
-            "gaussian_curvature" => "1 / model unit\u{b2}",
-            _ => continue,
-        };
-        field.unit = unit.into();
+        if let Some(unit) = unit_of(&field.name) {
+            field.unit = unit.into();
+        }
+    }
+}
+
+/// The unit of a quantity that this program computes and writes.
+fn unit_of(property: &str) -> Option<&'static str> {
+    match property {
+        "mean_curvature" | "k1" | "k2" | "curvedness" => Some("1 / model unit"),
+        "gaussian_curvature" => Some("1 / model unit\u{b2}"),
+        _ => None,
+    }
+}
+
+/// The name of a property above a legend, with its unit if that is known.
+pub(crate) fn legend_title(property: &str) -> String {
+    match unit_of(property) {
+        Some(unit) => format!("{} ({unit})", property.replace('_', " ")),
+        None => property.to_owned(),
     }
 }
 

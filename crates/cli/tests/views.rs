@@ -234,6 +234,32 @@ fn pictures_turn_with_the_axis_that_points_up() {
     assert_eq!(run(folder, &refused).status.code(), Some(2));
 }
 
+/// Two walls that form a valley are darker near its bottom with occlusion; an SVG file has flat colours.
+#[test]
+fn valleys_are_dark_with_occlusion() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let corners = "-1 0 1\n-1 2 1\n0 0 0\n0 2 0\n1 0 1\n1 2 1\n";
+    let faces = "3 0 2 1\n3 1 2 3\n3 2 4 3\n3 3 4 5\n";
+    std::fs::write(folder.join("valley.off"), format!("OFF\n6 4 0\n{corners}{faces}")).unwrap();
+    let brightness = |more: &[&str]| {
+        let start =
+            ["render", "valley.off", "-o", "p.png", "--direction", "0,0,1", "--size", "100,100"];
+        done(folder, &[&start, more].concat());
+        let picture = image::open(folder.join("p.png")).unwrap().to_rgba8();
+        [10, 48].map(|x| i32::from(picture.get_pixel(x, 50).0[0]))
+    };
+    let [rim, bottom] = brightness(&["--up", "y"]);
+    assert_eq!(rim, bottom);
+    let [dark_rim, dark_bottom] = brightness(&["--up", "y", "--occlusion", "1"]);
+    assert!(dark_bottom + 20 < bottom && dark_rim >= rim - 3, "{rim} {dark_rim} {dark_bottom}");
+    for refused in [["p.svg", "0.5"], ["p.png", "1.5"]] {
+        let [output, strength] = refused;
+        let arguments = ["render", "valley.off", "-o", output, "--occlusion", strength];
+        assert_eq!(run(folder, &arguments).status.code(), Some(2), "{refused:?}");
+    }
+}
+
 #[test]
 fn pictures_have_their_size_and_bar() {
     let folder = tempfile::tempdir().unwrap();

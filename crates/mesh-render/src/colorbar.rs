@@ -3,7 +3,7 @@
 use crate::error::RenderError;
 use crate::picture::Picture;
 use crate::scale::Scale;
-use crate::text::Font;
+use crate::text::{Font, Title};
 use crate::ticks;
 
 /// A bar with the colours of a scale, round numbers beside it and a name above it.
@@ -38,16 +38,25 @@ impl ColorBar {
         let marks = self.marks();
         let widest = marks.iter().map(|(_, text)| font.width(text)).max().unwrap_or(0);
         let (gap, bar) = (line / 2, line);
-        let strip = (gap + bar + gap + widest + gap).max(font.width("0") * 10);
+        let title = Title::new(font, &self.label);
+        let strip = (gap + bar + gap + widest).max(gap + title.width) + gap;
         let mut whole = picture.with_strip(strip, background)?;
         let left = i64::from(picture.width() + gap);
-        // Room for the name above and half a line below.
-        let top = i64::from(line * 2);
-        let bottom = (i64::from(picture.height()) - i64::from(line)).max(top + 1);
+        // Room for the name above and half a line below, and for arrows.
+        let arrow = i64::from(gap);
+        let top = i64::from(title.height(font)) + arrow;
+        let bottom = (i64::from(picture.height()) - i64::from(line) - arrow).max(top + 1);
         let place = |row: i64| (bottom - row) as f64 / (bottom - top) as f64;
         for row in top..bottom {
             let [r, g, b] = self.scale.colors.at(place(row));
             whole.fill([left, row], [i64::from(bar), 1], [r, g, b, 255]);
+        }
+        let [below, above] = self.scale.beyond;
+        for (is_there, row, step, end) in [(above, top - 1, -1, 1.0), (below, bottom, 1, 0.0)] {
+            if is_there {
+                let color = self.scale.colors.at(end);
+                self.arrow(&mut whole, [left, row], [i64::from(bar), arrow * step], color);
+            }
         }
         let [r, g, b] = self.ink;
         for (at, text) in &marks {
@@ -57,9 +66,28 @@ impl ColorBar {
             let text_top = row - i64::from(line / 2);
             font.write(&mut whole, [right + i64::from(gap), text_top], text, self.ink);
         }
-        let label = font.fit(&self.label, strip - gap);
-        font.write(&mut whole, [left, i64::from(line / 4)], &label, self.ink);
+        title.write(&mut whole, font, left, self.ink);
         Ok(whole)
+    }
+
+    /// An arrow with its base at one end of the bar and an outline: values go on beyond the end. The height is negative
+    /// upward.
+    fn arrow(
+        &self,
+        picture: &mut Picture,
+        [x, y]: [i64; 2],
+        [width, height]: [i64; 2],
+        color: [u8; 3],
+    ) {
+        for step in 0..height.abs() {
+            let inset = width * step / (2 * height.abs());
+            let row = y + step * height.signum();
+            for column in x + inset..x + width - inset {
+                let is_rim = column < x + inset + 2 || column >= x + width - inset - 2;
+                let [r, g, b] = if is_rim { self.ink } else { color };
+                picture.blend([column, row], [r, g, b, 255]);
+            }
+        }
     }
 
     /// Round values in the range: the place of each, and its text.
@@ -81,7 +109,13 @@ mod tests {
 
     #[test]
     fn the_bar_has_the_colours_of_the_scale_from_bottom_to_top() {
-        let scale = Scale { colors: ColorMap::Viridis, low: -1.0, high: 3.0, log: false };
+        let scale = Scale {
+            colors: ColorMap::Viridis,
+            low: -1.0,
+            high: 3.0,
+            log: false,
+            beyond: [false; 2],
+        };
         let picture = Picture::new([300, 400], [255; 4]).unwrap();
         let whole = ColorBar::new(scale, "H").beside(&picture, Some([255; 3])).unwrap();
         assert!(whole.width() > 300 && whole.height() == 400);
@@ -97,11 +131,44 @@ mod tests {
     }
 
     #[test]
+    fn arrows_say_that_values_go_on() {
+        let colors = ColorMap::Viridis;
+        let bar = |beyond| {
+            let scale = Scale { colors, low: 0.0, high: 1.0, log: false, beyond };
+            let picture = Picture::new([300, 400], [255; 4]).unwrap();
+            ColorBar::new(scale, "H").beside(&picture, Some([255; 3])).unwrap()
+        };
+        let ends = |beyond: [bool; 2]| {
+            let (with, without) = (bar(beyond), bar([false; 2]));
+            let differs = |y: u32| (308..324).any(|x| with.pixel(x, y) != without.pixel(x, y));
+            [(0..200).any(differs), (200..400).any(differs)]
+        };
+        assert_eq!(ends([true, false]), [false, true]);
+        assert_eq!(ends([false, true]), [true, false]);
+    }
+
+    #[test]
+    fn names_are_whole() {
+        let scale = Scale {
+            colors: ColorMap::Viridis,
+            low: 0.0,
+            high: 1.0,
+            log: false,
+            beyond: [false; 2],
+        };
+        let picture = Picture::new([300, 400], [255; 4]).unwrap();
+        let width = |name: &str| ColorBar::new(scale, name).beside(&picture, None).unwrap().width();
+        assert!(width("gaussian_curvature") < width("gaussiancurvature_"));
+        assert!(width("abcdefghijklmnopqrstuvwx") > 300 + 24 * 7);
+    }
+
+    #[test]
     fn any_scale_has_a_bar() {
         let picture = Picture::new([20, 30], [0; 4]).unwrap();
         for [low, high] in [[0.0, 0.0], [2.0, 1.0], [f64::NAN, 1.0], [-1e308, 1e308]] {
             for log in [false, true] {
-                let scale = Scale { colors: ColorMap::RedBlue, low, high, log };
+                let beyond = [true; 2];
+                let scale = Scale { colors: ColorMap::RedBlue, low, high, log, beyond };
                 assert!(
                     ColorBar::new(scale, "a\u{202e}b".repeat(99)).beside(&picture, None).is_ok()
                 );

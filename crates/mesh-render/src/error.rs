@@ -19,6 +19,9 @@ pub enum RenderError {
     /// Samples per pixel and direction out of range.
     #[error("{0} samples per pixel and direction; give from 1 to 8")]
     Supersampling(u32),
+    /// A strength of the ambient occlusion out of range.
+    #[error("an occlusion of {0}; give from 0 to 1")]
+    Occlusion(f64),
     /// A width or a margin that is not a number, or negative.
     #[error("{what} is {value}; give a number that is not negative")]
     Measure {

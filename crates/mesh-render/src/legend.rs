@@ -5,7 +5,7 @@ use crate::error::RenderError;
 use crate::labels::Labels;
 use crate::picture::Picture;
 use crate::scale::Scale;
-use crate::text::Font;
+use crate::text::{Font, Title};
 
 /// The number of labels that a legend shows.
 pub const MOST_SWATCHES: usize = 20;
@@ -75,16 +75,18 @@ fn swatches_beside(
     let line = font.line();
     let step = line * 5 / 4;
     // Room for the name above and two notes below.
-    let rows = (picture.height() / step).saturating_sub(4).max(1);
+    let title = Title::new(font, name);
+    let rows =
+        (picture.height().saturating_sub(title.height(font)) / step).saturating_sub(2).max(1);
     let (shown, notes) = swatches(labels, rows as usize);
     let (gap, side) = (line / 2, line);
     let texts = shown.iter().map(|(_, text)| gap + side + gap + font.width(text));
     let widest = texts.chain(notes.iter().map(|note| gap + font.width(note))).max().unwrap_or(0);
-    let strip = (widest + gap).max(font.width("0") * 10);
+    let strip = widest.max(gap + title.width) + gap;
     let mut whole = picture.with_strip(strip, background)?;
     let left = i64::from(picture.width() + gap);
-    font.write(&mut whole, [left, i64::from(line / 4)], &font.fit(name, strip - gap), INK);
-    let mut top = i64::from(step) + i64::from(gap);
+    title.write(&mut whole, font, left, INK);
+    let mut top = i64::from(title.height(font) - line / 4);
     for ([r, g, b], text) in &shown {
         whole.fill([left, top], [i64::from(side); 2], [*r, *g, *b, 255]);
         font.write(&mut whole, [left + i64::from(side + gap), top], text, INK);

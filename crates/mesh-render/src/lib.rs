@@ -8,6 +8,7 @@ mod error;
 pub mod labels;
 pub mod legend;
 #[cfg(feature = "textures")]
+mod occlusion;
 mod painting;
 mod picture;
 mod raster;

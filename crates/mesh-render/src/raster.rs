@@ -72,6 +72,14 @@ pub(crate) fn visible(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<bool> 
     visible
 }
 
+/// The depth of each pixel, of the nearest of its samples; infinite where nothing is drawn.
+pub(crate) fn depths(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<f32> {
+    let bands = canvas.size[1].div_ceil(BAND);
+    let bins = Bins::new(canvas, triangles, bands as usize);
+    let depths = |band: usize| canvas.depths_in_band(as_u32(band), bins.of(band), triangles);
+    mesh_core::parallel::collect_each(bands as usize, depths).concat()
+}
+
 /// The triangles that touch each band.
 struct Bins {
     starts: Vec<usize>,
@@ -156,6 +164,24 @@ impl Canvas<'_> {
         seen.sort_unstable();
         seen.dedup();
         seen
+    }
+
+    fn depths_in_band(&self, band: u32, members: &[u32], triangles: &[Triangle]) -> Vec<f32> {
+        let mut samples = self.samples(band, ());
+        for &member in members {
+            let triangle = &triangles[member as usize];
+            draw_triangle(triangle, &mut samples, |weights| {
+                self.shade(triangle, weights).map(|_| ())
+            });
+        }
+        let n = self.supersampling as usize;
+        let (stride, columns) = (samples.width as usize, self.size[0] as usize);
+        let rows = samples.depth.chunks_exact(n * stride);
+        let nearest = |rows: &[f32], column: usize| {
+            let samples = rows.chunks_exact(stride).flat_map(|row| &row[column * n..][..n]);
+            samples.copied().fold(f32::INFINITY, f32::min)
+        };
+        rows.flat_map(|rows| (0..columns).map(move |column| nearest(rows, column))).collect()
     }
 
     /// The colour at a place of a triangle; `None` if the texture is cut out there.

@@ -7,7 +7,7 @@ use crate::error::RenderError;
 use crate::picture::Picture;
 use crate::raster::{Canvas, Cover, Triangle, rasterize};
 use crate::scene::{Paint, Scene, Stroke, Style};
-use crate::{silhouette, stroke};
+use crate::{occlusion, silhouette, stroke};
 
 /// The colour of triangles without a colour.
 const CLAY: [f32; 3] = [0.78, 0.78, 0.76];
@@ -27,7 +27,12 @@ pub fn render(scene: &Scene<'_>, view: &View, style: &Style) -> Result<Picture, 
         stroke::draw(&line, style.supersampling, &camera, &mut triangles);
     }
     let canvas = canvas(scene, style);
-    Ok(Picture::from_pixels(style.size, rasterize(&canvas, &triangles)))
+    let mut pixels = rasterize(&canvas, &triangles);
+    if style.occlusion > 0.0 {
+        let scale = camera.half_depth * camera.resolution;
+        occlusion::darken(&mut pixels, &canvas, &triangles, scale, style.occlusion);
+    }
+    Ok(Picture::from_pixels(style.size, pixels))
 }
 
 /// The camera of a picture in this style.

@@ -108,18 +108,21 @@ impl ScaleOptions {
     /// The scale for some values; values that are not finite are ignored.
     #[must_use]
     pub fn fit(&self, values: impl IntoIterator<Item = f64>) -> Scale {
+        let counts = |v: &f64| !v.is_nan() && (!self.log || *v > 0.0);
+        let values: Vec<f64> = values.into_iter().filter(counts).collect();
         let [low, high] = match (self.range.percentiles(), self.range) {
-            (Some(percentiles), _) => self.ends(percentiles, values),
+            (Some(percentiles), _) => self.ends(percentiles, values.clone()),
             (None, Range::Given(low, high)) => [low, high],
             (None, _) => [0.0; 2],
         };
         let colors = self.colors.unwrap_or(ColorMap::usual(self.signed && !self.log));
-        Scale { colors, low, high, log: self.log }
+        let is_beyond = |beyond: &dyn Fn(f64) -> bool| values.iter().any(|&value| beyond(value));
+        let beyond = [is_beyond(&|value| value < low), is_beyond(&|value| value > high)];
+        Scale { colors, low, high, log: self.log, beyond }
     }
 
-    fn ends(&self, percentiles: [f64; 2], values: impl IntoIterator<Item = f64>) -> [f64; 2] {
-        let counts = |v: &f64| v.is_finite() && (!self.log || *v > 0.0);
-        let mut values: Vec<f64> = values.into_iter().filter(counts).collect();
+    fn ends(&self, percentiles: [f64; 2], mut values: Vec<f64>) -> [f64; 2] {
+        values.retain(|value| value.is_finite());
         let Some(last) = values.len().checked_sub(1) else { return [0.0; 2] };
         let [low, high] = percentiles.map(|percentile| {
             let rank = rank(percentile, last);
@@ -151,6 +154,9 @@ pub struct Scale {
     pub high: f64,
     /// Whether equal steps of colour are equal ratios.
     pub log: bool,
+    /// Whether there are values below the lower and above the upper end. A legend shows arrows there.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub beyond: [bool; 2],
 }
 
 impl Scale {
@@ -196,11 +202,11 @@ mod tests {
         values[0] = -1e9;
         values[999] = 1e9;
         let scale = ScaleOptions::default().fit(values.clone());
-        assert_eq!((scale.low, scale.high), (20.0, 979.0));
+        assert_eq!((scale.low, scale.high, scale.beyond), (20.0, 979.0, [true; 2]));
         let signed = ScaleOptions { signed: true, ..ScaleOptions::default() }.fit(values.clone());
         assert_eq!((signed.low, signed.high), (-979.0, 979.0));
         let full = ScaleOptions { range: Range::Full, ..ScaleOptions::default() }.fit(values);
-        assert_eq!((full.low, full.high), (-1e9, 1e9));
+        assert_eq!((full.low, full.high, full.beyond), (-1e9, 1e9, [false; 2]));
     }
 
     #[test]
@@ -232,7 +238,13 @@ mod tests {
     fn a_constant_gets_the_middle_colour() {
         let scale = ScaleOptions::default().fit(vec![3.0; 9]);
         assert_eq!(scale.color(3.0), ColorMap::Viridis.at(0.5));
-        let wide = Scale { colors: ColorMap::Viridis, low: -f64::MAX, high: f64::MAX, log: false };
+        let wide = Scale {
+            colors: ColorMap::Viridis,
+            low: -f64::MAX,
+            high: f64::MAX,
+            log: false,
+            beyond: [false; 2],
+        };
         assert_eq!(wide.place(0.0), Some(0.5));
     }
 }

@@ -98,6 +98,8 @@ pub struct Style {
     pub supersampling: u32,
     /// Room around the mesh, as a share of its extent.
     pub margin: f64,
+    /// How much darker cavities and creases are (ambient occlusion), from 0 to 1. SVG files have none.
+    pub occlusion: f64,
 }
 
 impl Style {
@@ -111,6 +113,7 @@ impl Style {
         background: Some([255; 3]),
         supersampling: 2,
         margin: 0.04,
+        occlusion: 0.0,
     };
 
     pub(crate) fn check(&self) -> Result<(), RenderError> {
@@ -124,6 +127,9 @@ impl Style {
             ("the margin", self.margin),
             ("the crease angle", self.crease.unwrap_or(0.0)),
         ];
+        if !(0.0..=1.0).contains(&self.occlusion) {
+            return Err(RenderError::Occlusion(self.occlusion));
+        }
         match measures.into_iter().find(|(_, value)| !(0.0..=1e6).contains(value)) {
             Some((what, value)) => Err(RenderError::Measure { what, value }),
             None => Ok(()),

@@ -280,6 +280,17 @@ impl<'a> Key<'a> {
         }
         page.line("</linearGradient>");
         page.rectangle([x, top], [letter, tall], "url(#colours)");
+        let [below, above] = scale.beyond;
+        for (is_there, y, tip, end) in [(above, top, -0.5, 1.0), (below, top + tall, 0.5, 0.0)] {
+            if is_there {
+                let corners = [x, x + letter, x + 0.5 * letter, y, y + tip * letter].map(trimmed);
+                let [left, right, middle, base, tip] = corners;
+                let (color, ink) = (hex(scale.colors.at(end)), hex(INK));
+                page.line(&format!(
+                    r#"<path d="M{left} {base}L{right} {base}L{middle} {tip}Z" fill="{color}" stroke="{ink}"/>"#
+                ));
+            }
+        }
         for (place, label) in marks(scale) {
             let y = top + (1.0 - place) * tall;
             let [from, to, at] = [x + letter, x + 1.3 * letter, y].map(trimmed);

@@ -42,6 +42,20 @@ impl Font {
         text.chars().take(letters.saturating_sub(2)).chain("..".chars().take(letters)).collect()
     }
 
+    /// The text in lines of at most this width where words allow it. Words end at spaces and after `_`.
+    pub(crate) fn lines(self, text: &str, pixels: u32) -> Vec<String> {
+        let mut lines: Vec<String> = Vec::new();
+        for word in text.split_inclusive([' ', '_']) {
+            match lines.last_mut() {
+                Some(line) if self.width(&format!("{line}{}", word.trim_end())) <= pixels => {
+                    line.push_str(word);
+                }
+                _ => lines.push(word.to_owned()),
+            }
+        }
+        lines.iter().map(|line| line.trim_end().to_owned()).collect()
+    }
+
     /// Writes a line with its upper left corner at a pixel; characters missing in the font become `?`.
     pub(crate) fn write(self, picture: &mut Picture, [x, y]: [i64; 2], text: &str, color: [u8; 3]) {
         let mut left = x;
@@ -56,6 +70,38 @@ impl Font {
                 }
             }
             left += raster.width() as i64;
+        }
+    }
+}
+
+/// The name above a legend, in lines.
+pub(crate) struct Title {
+    lines: Vec<String>,
+    /// The width of the longest line in pixels.
+    pub(crate) width: u32,
+}
+
+impl Title {
+    /// The longest part of a name that is shown.
+    const MOST_LETTERS: usize = 80;
+
+    /// A name in lines of about ten letters, or as long as its longest word.
+    pub(crate) fn new(font: Font, name: &str) -> Self {
+        let name: String = name.chars().take(Self::MOST_LETTERS).collect();
+        let lines = font.lines(&name, font.width("0") * 10);
+        let width = lines.iter().map(|line| font.width(line)).max().unwrap_or(0);
+        Self { lines, width }
+    }
+
+    /// The height in pixels, with room below.
+    pub(crate) fn height(&self, font: Font) -> u32 {
+        font.line() * (as_u32(self.lines.len()).max(1) + 1)
+    }
+
+    pub(crate) fn write(&self, picture: &mut Picture, font: Font, left: i64, color: [u8; 3]) {
+        let tops = (i64::from(font.line() / 4)..).step_by(font.line() as usize);
+        for (line, top) in self.lines.iter().zip(tops) {
+            font.write(picture, [left, top], line, color);
         }
     }
 }

@@ -24,7 +24,7 @@ use crate::load::Seconds;
 use crate::save::save_bytes;
 use crate::session::{Outcome, Session};
 use crate::task::{Report, Source};
-use crate::view::{say_left_out, up_of};
+use crate::view::{legend_title, say_left_out, up_of};
 
 /// Draw a mesh to a PNG or SVG file, without a display
 ///
@@ -50,7 +50,7 @@ pub(crate) struct Render {
     direction: Directions,
     /// The direction of the model that is up in the picture: x, y, z, -x, -y, -z, auto or three numbers. `auto` finds
     /// it as `view` does. Sides turn with it, and so does the usual --direction
-    #[arg(long, value_name = "AXIS", default_value = "y", value_parser = parse_upright, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AXIS", default_value = "auto", value_parser = parse_upright, allow_hyphen_values = true)]
     up: UpRule,
     /// Width and height of each view in pixels
     #[arg(long, value_name = "W,H", default_value = "900,900", value_parser = parse_size)]
@@ -80,6 +80,9 @@ pub(crate) struct Render {
     /// Use a logarithmic scale of colours: equal steps of colour are equal ratios
     #[arg(long)]
     log: bool,
+    /// Darken cavities and creases (ambient occlusion): the strength, from 0 to 1
+    #[arg(long, value_name = "STRENGTH", default_value_t = 0.0, value_parser = parse_strength)]
+    occlusion: f64,
     /// Leave out the legend
     #[arg(long)]
     no_bar: bool,
@@ -191,6 +194,9 @@ impl Render {
         if self.outlines == 0.0 {
             given.refuse(&["crease"], "it is for --outlines")?;
         }
+        if self.is_vectors() {
+            given.refuse(&["occlusion"], "an SVG file has flat colours; write PNG")?;
+        }
         if let (Directions::Sides(_), Some(Upright::Vector(_))) = (&self.direction, &self.up) {
             given.refuse(&["up"], "sides turn with an axis; say x, y, z, -x, -y, -z or auto")?;
         }
@@ -287,11 +293,12 @@ impl Render {
             crease: self.crease,
             background,
             supersampling: self.supersampling,
+            occlusion: self.occlusion,
             ..Style::default()
         };
         let scene = Scene { paint: made.paint(), ..Scene::of(mesh) };
         let nothing = || Failure::refused("the mesh has no faces");
-        let name = self.property.as_deref().unwrap_or("component");
+        let name = self.property.as_deref().map_or("component".into(), legend_title);
         let legend = made.legend().filter(|_| !self.no_bar);
         let view = |sight: &Sight| View::of(mesh, sight.toward, sight.up).ok_or_else(nothing);
         if self.is_vectors() {
@@ -299,7 +306,7 @@ impl Render {
                 let message = "an SVG file has one view; name one side, or write PNG";
                 return Err(Failure::usage(message));
             };
-            let legend = legend.map(|legend| (legend, name));
+            let legend = legend.map(|legend| (legend, &*name));
             let drawing = draw_svg(&scene, &view(sight)?, &style, legend);
             return Ok(Drawn::Vectors(drawing.map_err(failed)?));
         }
@@ -315,7 +322,7 @@ impl Render {
             }
         };
         let picture = match legend {
-            Some(legend) => legend.beside(&picture, name, background).map_err(failed)?,
+            Some(legend) => legend.beside(&picture, &name, background).map_err(failed)?,
             None => picture,
         };
         Ok(Drawn::Pixels(picture))
@@ -353,6 +360,12 @@ fn parse_vector(text: &str) -> Result<DVec3, String> {
         }
         _ => Err("a direction has three numbers, like 0,0.5,1, not all zero".into()),
     }
+}
+
+/// Reads a number from 0 to 1.
+fn parse_strength(text: &str) -> Result<f64, String> {
+    let strength = text.trim().parse().ok().filter(|strength| (0.0..=1.0).contains(strength));
+    strength.ok_or_else(|| "expected a number from 0 to 1".into())
 }
 
 /// Reads `width,height`.
