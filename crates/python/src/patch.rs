@@ -177,6 +177,7 @@ impl CoverData {
         found.set_item("arcs", matrix(py, all.iter().map(|p| p.fit.patch.arcs()).collect())?)?;
         found.set_item("translation", numbers(&|p| p.fit.patch.translation()))?;
         found.set_item("error", numbers(&|p| p.errors.max()))?;
+        found.set_item("overhang", numbers(&|p| p.errors.overhang))?;
         let names =
             |of: &dyn Fn(&CoverPatch) -> &'static str| all.iter().map(of).collect::<Vec<_>>();
         found.set_item("stop", names(&|p| stop(p.stop)))?;

@@ -461,6 +461,7 @@ pub(crate) fn lod_scene<'py>(
     let found = PyDict::new(py);
     found.set_item("lost", texts(&made.losses()))?;
     found.set_item("repairs", dict(py, &repairs)?)?;
+    found.set_item("missed_faces", made.missed_faces.clone())?;
     found.set_item("shown_from", made.coverage.first().copied().unwrap_or(0.0))?;
     let levels = PyList::empty(py);
     for (level, &shown_from) in made.levels.into_iter().zip(made.coverage.iter().skip(1)) {
@@ -473,6 +474,7 @@ pub(crate) fn lod_scene<'py>(
             of.set_item("faces", mesh.faces[1])?;
             of.set_item("vertices", mesh.vertices)?;
             of.set_item("collapses", mesh.collapses)?;
+            of.set_item("charts", mesh.charts)?;
             of.set_item("mean", mesh.mean)?;
             of.set_item("rms", mesh.rms)?;
             of.set_item("max", mesh.max)?;

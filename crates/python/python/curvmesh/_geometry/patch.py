@@ -45,8 +45,8 @@ class Cover:
         Fields are ``face`` (the base face), ``faces`` (number of covered faces), ``radius``, ``origin``,
         ``center``, ``frame`` (the directions of k1 and k2 and the normal), ``curvatures`` (the one of larger
         absolute value first, positive where convex), ``arcs`` (lengths along both directions), ``translation``,
-        ``error`` (the largest distance from the mesh), ``shape`` and ``stop`` (what limits its size). Lengths
-        are in model units.
+        ``error`` (the largest distance from the mesh), ``overhang`` (how far it sticks out beyond the boundary of
+        the mesh, which is no error), ``shape`` and ``stop`` (what limits its size). Lengths are in model units.
         """
         import numpy as np
 

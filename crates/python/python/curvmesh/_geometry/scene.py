@@ -612,6 +612,8 @@ class MeshOfLevel:
         Counts of the mesh itself, split vertices joined.
     collapses : int
         Number of collapses that lead to it.
+    charts : Charts or None
+        The charts before and after, if some were merged.
     mean, rms, max : float
         Distances between samples of the input and the level.
     """
@@ -622,6 +624,7 @@ class MeshOfLevel:
     faces: int
     vertices: int
     collapses: int
+    charts: Charts | None
     mean: float
     rms: float
     max: float
@@ -664,6 +667,8 @@ class SceneLevels(Sequence[SceneLevel]):
         One scene with the input and all levels as alternatives of its nodes (``MSFT_lod``), if requested.
     shown_from : float
         The share of the height of the screen down to which the input is shown.
+    missed_faces : list of int
+        The wanted numbers of drawn faces that no level reaches.
     lost : list of str
         What the levels leave out, with the reason.
     repairs : dict
@@ -675,12 +680,14 @@ class SceneLevels(Sequence[SceneLevel]):
         levels: Sequence[SceneLevel],
         together: Scene | None,
         shown_from: float,
+        missed_faces: list[int],
         lost: list[str],
         repairs: dict[str, int],
     ) -> None:
         self._levels = list(levels)
         self.together = together
         self.shown_from = shown_from
+        self.missed_faces = missed_faces
         self.lost = lost
         self.repairs = repairs
 
@@ -806,7 +813,10 @@ def lod_scene(
         found, all_levels, told = _core.lod_scene(call, data, steps, rules)
     levels = []
     for level in found:
-        meshes = [MeshOfLevel(**mesh) for mesh in level["meshes"]]
+        meshes = []
+        for mesh in level["meshes"]:
+            charts = None if mesh["charts"] is None else Charts(*mesh["charts"])
+            meshes.append(MeshOfLevel(**{**mesh, "charts": charts}))
         levels.append(SceneLevel(**{**level, "scene": Scene._of(level["scene"]), "meshes": meshes}))
     one = None if all_levels is None else Scene._of(all_levels)
-    return SceneLevels(levels, one, told["shown_from"], told["lost"], told["repairs"])
+    return SceneLevels(levels, one, told["shown_from"], told["missed_faces"], told["lost"], told["repairs"])
