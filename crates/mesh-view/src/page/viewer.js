@@ -255,7 +255,7 @@ for (const key of fieldNames) {
 const most = Math.max(...meshes.map(m => m.faces));
 const state = {
   layout: page.layout, color: 'plain', map: 'auto', range: 'auto', low: 0, high: 1, symmetric: false, log: false,
-  smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true,
+  smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true, axes: true,
   overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: !matchMedia('(prefers-reduced-motion: reduce)').matches, shown: 0,
   theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, picked: null,
   only: null, measuring: false, ends: [], cut: 'none', cutAt: 0, cutOther: false,
@@ -983,6 +983,7 @@ function redraw() {
     fitCanvas();
     draw(canvas.width, canvas.height, ratio());
     showNames();
+    showAxes();
     showLevel();
     showLength();
     writeLater();
@@ -1221,6 +1222,7 @@ function buildControls() {
   [lineOf, controls.edges] = checkbox('Edges (E)', state.edges, x => { state.edges = x; redraw(); }, 'edges'); view.push(lineOf);
   [lineOf, controls.backs] = checkbox('Tint what is seen from behind', state.backs, x => { state.backs = x; redraw(); }, 'backs'); view.push(lineOf);
   [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
+  [lineOf, controls.axes] = checkbox('Axes', state.axes, x => { state.axes = x; redraw(); }, 'show-axes'); view.push(lineOf);
   [lineOf, controls.theme] = select('Brightness', [['auto', 'System'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
   const full = button('Full screen', () => document.fullscreenElement ? document.exitFullscreen() : document.querySelector('main').requestFullscreen().catch(() => { live.textContent = 'The browser allows no full screen here'; }), 'full');
@@ -1280,7 +1282,7 @@ function buildControls() {
 
 // After a link was read: every control as the state is.
 function showControls() {
-  for (const name of ['smooth', 'edges', 'backs', 'perspective', 'blink', 'together', 'symmetric', 'log', 'cutOther']) if (controls[name]) controls[name].checked = state[name];
+  for (const name of ['smooth', 'edges', 'backs', 'perspective', 'axes', 'blink', 'together', 'symmetric', 'log', 'cutOther']) if (controls[name]) controls[name].checked = state[name];
   if (controls.levels) controls.levels.value = String(state.one);
   for (const name of ['layout', 'wipe', 'one', 'theme', 'up', 'color', 'map', 'range', 'sharp', 'length', 'cut', 'cutAt']) if (controls[name]) controls[name].value = String(state[name]);
   for (const input of panel.querySelectorAll('[data-overlay]')) input.checked = state.overlays.has(input.dataset.overlay);
@@ -1451,15 +1453,11 @@ function showRange() {
 
 // Bars of these heights and colours.
 function bars(counts, colorOf) {
-  const space = 'http://www.w3.org/2000/svg', svg = document.createElementNS(space, 'svg'), step = 240 / counts.length;
-  const top = counts.reduce((a, b) => Math.max(a, b), 1);
-  svg.setAttribute('viewBox', '0 0 240 64'); svg.setAttribute('preserveAspectRatio', 'none'); svg.setAttribute('aria-hidden', 'true');
-  counts.forEach((n, i) => {
-    const rect = document.createElementNS(space, 'rect'), height = 62 * n / top;
-    for (const [k, v] of Object.entries({ x: step * i, y: 64 - height, width: 0.92 * step, height, fill: colorOf(i) })) rect.setAttribute(k, v);
-    svg.append(rect);
-  });
-  return svg;
+  const step = 240 / counts.length, top = counts.reduce((a, b) => Math.max(a, b), 1);
+  return drawing('svg', { viewBox: '0 0 240 64', preserveAspectRatio: 'none', 'aria-hidden': 'true' }, ...Array.from(counts, (n, i) => {
+    const height = 62 * n / top;
+    return drawing('rect', { x: step * i, y: 64 - height, width: 0.92 * step, height, fill: colorOf(i) });
+  }));
 }
 // How many elements each label has; only the first where there are many.
 function showCounts(box) {
@@ -1489,6 +1487,26 @@ function showHistogram() {
   const text = values.length ? `least ${digits(at(0), 4)}, median ${digits(at(0.5), 4)}, largest ${digits(at(1), 4)}` + (outside ? `; ${grouped(outside)} of ${grouped(values.length)} beyond the range` : '') : 'no values';
   box.setAttribute('aria-label', 'How often each value occurs: ' + text);
   box.append(svg, make('p', { className: 'note', textContent: text }));
+}
+
+// An element of a vector picture.
+function drawing(kind, properties, ...children) {
+  const made = document.createElementNS('http://www.w3.org/2000/svg', kind);
+  for (const [name, value] of Object.entries(properties)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
+}
+// The axes of the model as the camera sees them, the nearest last: names, and ends right, up and near.
+const seenAxes = () => [...'xyz'].map((name, i) => ({ name, end: rows(state.turn).map(row => row[i]) })).sort((a, b) => a.end[2] - b.end[2]);
+function showAxes() {
+  element('axes').toggleAttribute('hidden', !state.axes);
+  element('axes').replaceChildren(...seenAxes().map(({ name, end: [x, y] }) => {
+    const letter = drawing('text', { x: 29 * x, y: -29 * y });
+    letter.textContent = name;
+    const axis = drawing('g', {}, drawing('line', { x2: 22 * x, y2: -22 * y }), letter);
+    axis.style.setProperty('--color', `var(--${name})`);
+    return axis;
+  }));
 }
 
 // The names of the meshes over their pictures.
@@ -1562,6 +1580,17 @@ async function savePicture() {
     pen.fillText(unit, left, top - 22 * scale, aside - 16 * scale);
   }
   if (meshes.length > 1) for (const cell of cells(width, height)) pen.fillText(cell.mesh.source.name, cell.clip[0] + 12 * scale, height - cell.y - cell.height + 18 * scale);
+  const style = getComputedStyle(document.documentElement), corner = [width - 44 * scale, height - 44 * scale];
+  pen.textAlign = 'center';
+  pen.lineWidth = 2 * scale;
+  for (const { name, end: [x, y] } of state.axes ? seenAxes() : []) {
+    const at = reach => [corner[0] + reach * scale * x, corner[1] - reach * scale * y];
+    pen.fillStyle = pen.strokeStyle = style.getPropertyValue('--' + name);
+    pen.beginPath(); pen.moveTo(...corner); pen.lineTo(...at(22)); pen.stroke();
+    pen.fillText(name, ...at(29));
+  }
+  pen.textAlign = 'left';
+  pen.fillStyle = ink;
   const length = element('length-of');
   if (!length.hidden) {
     const at = [length.offsetLeft, length.offsetTop].map(x => x * scale), wide = pen.measureText(length.textContent).width + 12 * scale, ink = pen.fillStyle;
@@ -1703,7 +1732,7 @@ const optionsOf = name => () => controls[name] ? [...controls[name].options].map
 const LINKED = {
   layout: choice('layout', optionsOf('layout')), wipe: amount('wipe', 0, meshes.length - 1), blink: flag('blink'), together: flag('together'),
   level: { get: () => String(state.one), set: text => { if (/^[0-9]+$/.test(text) && Number(text) < meshes.length) state.one = Number(text); } },
-  smooth: flag('smooth'), edges: flag('edges'), backs: flag('backs'), perspective: flag('perspective'),
+  smooth: flag('smooth'), edges: flag('edges'), backs: flag('backs'), perspective: flag('perspective'), axes: flag('axes'),
   theme: choice('theme', optionsOf('theme')), up: choice('up', optionsOf('up')),
   color: { get: () => state.color, set: text => { if (COLORS.some(([key]) => key === text)) setColor(text); } },
   map: choice('map', optionsOf('map')),
