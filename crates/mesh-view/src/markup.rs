@@ -38,14 +38,14 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
 <div id="cross" hidden></div>
 <svg id="axes" viewBox="-36 -36 72 72" aria-hidden="true"></svg>
 <div id="length-of" aria-hidden="true" hidden></div>
-<details id="hints" open><summary>Hints</summary><ul><li>Drag: turn. With Shift: move.</li><li>Wheel or two fingers: zoom.</li><li>Click: read values. Twice: centre there.</li><li>Click the picture, then F: show all of it.</li></ul></details>
+<details id="hints"><summary>Hints</summary><ul><li>Drag: turn. With Shift: move.</li><li>Wheel or two fingers: zoom.</li><li>Click: pin values. Twice: centre there.</li><li>Click the picture, then F: show all of it.</li></ul></details>
 </div>
 <div id="bar" role="img" hidden><div id="quantity"></div><div id="unit"></div><div id="scale"><div id="above"></div><div id="ramp"></div><div id="below"></div><div id="ticks"></div></div><ul id="swatches" hidden></ul></div>
 <div id="problem" role="alert" hidden><p>The picture needs WebGL 2, which this browser does not have or has switched off.</p></div>
 <noscript><p>The picture needs JavaScript. Nothing is loaded from anywhere.</p></noscript>
 </main>
 <aside aria-label="Settings and report">
-<details open><summary>Under the pointer</summary><div class="inside" id="values" tabindex="0" role="region" aria-label="Values under the pointer"><dl id="picked"></dl><p id="unpicked" class="note">Point at the surface, or press X to read the middle of the picture.</p></div></details>
+<details open><summary>Under the pointer</summary><div class="inside" id="values" tabindex="0" role="region" aria-label="Values under the pointer"><p id="pinned" class="note" hidden>Pinned; Esc lets go</p><dl id="picked"></dl><p id="unpicked" class="note">Point at the surface, click to pin its values, or press X to read the middle of the picture.</p></div></details>
 <div id="controls"></div>
 <details open><summary>Counts</summary><div class="inside scroll" id="counts" tabindex="0" role="region" aria-label="Counts"></div></details>
 <div id="facts"></div>

@@ -945,7 +945,9 @@ fn pointing_moves_nothing_and_hints_fold() {
     browser.open_view(&path);
     let places = "JSON.stringify(['canvas', 'controls', 'counts', 'bar'].map(id => document.getElementById(id).getBoundingClientRect()))";
     let before = browser.text(places);
-    assert!(browser.eval("document.getElementById('hints').open") == true);
+    let is_open = "document.getElementById('hints').open";
+    assert!(browser.eval(is_open) == false, "they hide no mesh");
+    browser.eval("document.getElementById('hints').open = true; 1");
     // Readers of the screen skip what else is in a list of terms.
     assert!(browser.eval("document.querySelector('dl > :not(div, dt, dd)')").is_null());
     let found = "(() => { for (let x = 50; x < 400; x += 10) { const h = curvmesh.point(x, 380); if (h) return true; } })()";
@@ -954,12 +956,66 @@ fn pointing_moves_nothing_and_hints_fold() {
     browser.settle();
     assert_eq!(browser.text(places), before);
     browser.drag([200.0, 400.0], [230.0, 400.0]);
-    assert!(browser.eval("document.getElementById('hints').open") == false);
+    assert!(browser.eval(is_open) == false);
     assert_eq!(browser.text(places), before);
     let full = serde_json::json!({ "expression": "document.getElementById('full').click()", "userGesture": true });
     browser.call("Runtime.evaluate", full);
     browser.wait_for("document.fullscreenElement?.tagName === 'MAIN'");
     browser.wait_for("document.getElementById('stage').clientHeight === innerHeight");
+}
+
+/// Presses and releases the button at a place of the window.
+fn click(browser: &mut Browser, place: [f64; 2]) {
+    browser.mouse("mousePressed", place, true);
+    browser.mouse("mouseReleased", place, false);
+    browser.settle();
+}
+
+/// Values stay where they were clicked until Escape or the next click.
+#[test]
+fn a_click_pins_values() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Pinned", vec![exhibit("torus")]));
+    browser.open_view(&path);
+    let places = "(() => { const r = canvas.getBoundingClientRect(), found = []; \
+                  for (let x = 200; x < 700; x += 7) if (curvmesh.point(x, 300)) found.push([r.x + x, r.y + 300]); \
+                  return [found[1], found.at(-2)]; })()";
+    let [first, other]: [[f64; 2]; 2] = serde_json::from_value(browser.eval(places)).unwrap();
+    let told = "document.getElementById('picked').textContent";
+    let is_pinned = "document.getElementById('pinned').checkVisibility()";
+    click(&mut browser, first);
+    let pinned = browser.text(told);
+    assert!(browser.eval(is_pinned) == true);
+    browser.mouse("mouseMoved", other, false);
+    browser.settle();
+    browser.settle();
+    assert_eq!(browser.text(told), pinned);
+    click(&mut browser, other);
+    assert!(browser.eval(is_pinned) == true);
+    assert_ne!(browser.text(told), pinned);
+    browser.eval("document.getElementById('values').focus(); 1");
+    browser.press("Escape");
+    assert!(browser.eval(is_pinned) == false);
+    browser.mouse("mouseMoved", first, false);
+    browser.wait_for(&format!("{told} === {}", serde_json::json!(pinned)));
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+/// The cross in the corner turns with the camera, and can be hidden.
+#[test]
+fn the_axes_turn_with_the_camera() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Axes", vec![exhibit("torus")]));
+    browser.open_view(&path);
+    let ends = "Object.fromEntries([...document.querySelectorAll('#axes g')].map(g => [g.textContent, ['x2', 'y2'].map(n => Math.round(g.firstChild.getAttribute(n)))]))";
+    // From the front: x to the right, y up, z towards the camera.
+    browser.press("1");
+    assert_eq!(browser.eval(ends), serde_json::json!({ "x": [22, 0], "y": [0, -22], "z": [0, 0] }));
+    browser.press("4");
+    assert_eq!(browser.eval(ends), serde_json::json!({ "x": [0, 0], "y": [0, -22], "z": [-22, 0] }));
+    browser.set("show-axes", "off");
+    assert!(browser.eval("document.getElementById('axes').checkVisibility()") == false);
+    browser.wait_for("location.hash.includes('axes=0')");
 }
 
 /// Nothing starts by itself for people who asked their system for less motion.

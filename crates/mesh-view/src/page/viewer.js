@@ -257,7 +257,7 @@ const state = {
   layout: page.layout, color: 'plain', map: 'auto', range: 'auto', low: 0, high: 1, symmetric: false, log: false,
   smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true, axes: true,
   overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: !matchMedia('(prefers-reduced-motion: reduce)').matches, shown: 0,
-  theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, picked: null,
+  theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, picked: null, pinned: false,
   only: null, measuring: false, ends: [], cut: 'none', cutAt: 0, cutOther: false,
 };
 const FOV = 28 * Math.PI / 180;
@@ -1140,18 +1140,30 @@ function showPicked(hit, aloud) {
   return hit;
 }
 
+// Pinned values stay until the next click.
+function setPinned(on) {
+  state.pinned = on;
+  element('pinned').hidden = !on;
+}
+function letGo() {
+  setPinned(false);
+  showPicked(null);
+  live.textContent = 'The values follow the pointer again';
+}
 // The view has not changed by showing what is under the pointer: keep the numbers.
 function point(x, y, aloud) {
   const before = version, hit = pick(x, y);
-  showPicked(hit, aloud);
+  if (!state.pinned) showPicked(hit, aloud);
   if (pickTarget && pickTarget.version === before) pickTarget.version = version;
   viewer.picked = hit && { vertex: hit.vertex, face: hit.face, mesh: hit.mesh.number, world: hit.world, rows: describe(hit) };
   return viewer.picked;
 }
-// What a click does: it tells values, or sets an end of the measured line.
+// What a click does: it pins values, or sets an end of the measured line.
 function read(x, y) {
+  setPinned(false);
   point(x, y, !state.measuring);
   if (state.measuring) measure(state.picked);
+  else setPinned(state.picked !== null);
 }
 viewer.point = (x, y) => point(x, y, false);
 
@@ -1291,7 +1303,7 @@ function showControls() {
 }
 
 const KEYS = [['Arrows', 'turn (with Shift: move)'], ['+ −', 'nearer, farther'], [', .', 'roll'], ['0', 'the first view'], ['1 … 6', 'from the front, back, left, right, top, bottom'],
-  ['X', 'read the middle of the picture'], ['M', 'measure a distance'], ['I', 'only the label in the middle, or all'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
+  ['X', 'read the middle of the picture'], ['Esc', 'let go of what was clicked'], ['M', 'measure a distance'], ['I', 'only the label in the middle, or all'], ['C', 'next colours'], ['F', 'frame the mesh'], ['G', 'flat or smooth'], ['E', 'edges'], ['O', 'perspective'], ['A', 'next arrangement'], ['B', 'next mesh'], ['[ ]', 'move the border'], ['D', 'dark or light'], ['S', 'save the picture']];
 const R = Math.SQRT1_2;
 const SIDES = [['Front', [0, 0, 0, 1]], ['Back', [0, 1, 0, 0]], ['Left', [0, R, 0, R]], ['Right', [0, -R, 0, R]], ['Top', [R, 0, 0, R]], ['Bottom', [-R, 0, 0, R]]];
 
@@ -1626,7 +1638,7 @@ canvas.addEventListener('pointermove', event => {
   const finger = fingers.get(event.pointerId), at = local(event);
   if (!finger) {
     anchor = null;
-    if (event.pointerType !== 'touch') { waiting ??= requestAnimationFrame(() => { waiting = null; point(...waitingAt, false); }); waitingAt = at; }
+    if (event.pointerType !== 'touch') { waiting ??= requestAnimationFrame(() => { waiting = null; if (!state.pinned) point(...waitingAt, false); }); waitingAt = at; }
     return;
   }
   const [dx, dy] = [at[0] - finger.at[0], at[1] - finger.at[1]], size = canvas.clientHeight;
@@ -1697,7 +1709,7 @@ const ACTIONS = {
   '+': () => zoom(1 / 1.15), '=': () => zoom(1 / 1.15), '-': () => zoom(1.15), ',': () => roll(0.1), '.': () => roll(-0.1),
   '0': () => { resetCamera(); redraw(); }, Home: () => { resetCamera(); redraw(); },
   x: () => { element('cross').hidden = false; read(canvas.clientWidth / 2, canvas.clientHeight / 2); },
-  m: () => setMeasuring(!state.measuring), Escape: () => { if (state.measuring) setMeasuring(false); else if (isAlone()) setOnly(null); },
+  m: () => setMeasuring(!state.measuring), Escape: () => { if (state.measuring) setMeasuring(false); else if (state.pinned) letGo(); else if (isAlone()) setOnly(null); },
   c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(!isAlone()); redraw(); }, i: isolate, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
   a: () => { if (controls.layout) { state.layout = next([...controls.layout.options].map(o => o.value), state.layout); showLayout(); redraw(); } },
   b: nextMesh, '[': () => moveBorder(-0.05), ']': () => moveBorder(0.05),
@@ -1717,6 +1729,8 @@ canvas.addEventListener('keydown', event => {
   const action = ACTIONS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (action) { action(); event.preventDefault(); }
 });
+// Who scrolls pinned values has left the picture.
+element('values').addEventListener('keydown', event => { if (event.key === 'Escape' && state.pinned) letGo(); });
 
 // ---------------------------------------------------------------- the link to this view
 
@@ -1820,9 +1834,7 @@ try {
   buildControls();
   showFacts();
   // Room for all that is told about a point, so that pointing moves nothing.
-  element('values').style.setProperty('--rows', Math.max(...meshes.map(m => m.fields.size * 1.7 + (m.source.materials ? 1 : 0))) + (meshes.length > 1 ? 4 : 3));
-  // On a small screen, or with a mesh in each corner, they would hide one.
-  element('hints').open = meshes.length === 1 && !matchMedia('(max-width: 760px)').matches;
+  element('values').style.setProperty('--rows', Math.max(...meshes.map(m => m.fields.size * 1.7 + (m.source.materials ? 1 : 0))) + (meshes.length > 1 ? 5 : 4));
   showPicked(null);
   showLayout();
   const first = COLORS.find(([key]) => key === page.start.color) ?? COLORS.find(([key]) => key === 'material') ?? COLORS.slice(1).find(([key]) => !isField(key) || !fieldOf(key).lazy) ?? COLORS[0];
