@@ -36,6 +36,7 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
 <canvas id="canvas" tabindex="0" role="application" aria-roledescription="view of meshes" aria-label="The meshes. Arrow keys turn them, plus and minus come nearer and go farther, X reads the middle. All keys are listed under Keys." aria-describedby="live"></canvas>
 <div id="names" aria-hidden="true"></div>
 <div id="cross" hidden></div>
+<p id="loading" hidden>Loading pictures</p>
 <svg id="axes" viewBox="-36 -36 72 72" aria-hidden="true"></svg>
 <div id="length-of" aria-hidden="true" hidden></div>
 <details id="hints"><summary>Hints</summary><ul><li>Drag: turn. With Shift: move.</li><li>Wheel or two fingers: zoom.</li><li>Click: pin values. Twice: centre there.</li><li>Click the picture, then F: show all of it.</li></ul></details>

@@ -321,7 +321,9 @@ fn textures_are_where_they_belong() {
     };
     let (_folder, path) = file(&Page::new("Texture", vec![shown]));
     browser.open_view(&path);
-    browser.wait_for("curvmesh.meshes[0].cache.images?.length === 1");
+    // The first picture has the texture.
+    assert_eq!(browser.number("curvmesh.meshes[0].cache.images.length"), 1.0);
+    assert!(browser.eval("document.getElementById('loading').hidden") == true);
     browser.press("1");
     browser.set("edges", "off");
     browser.settle();
@@ -1007,7 +1009,7 @@ fn the_axes_turn_with_the_camera() {
     let Some(mut browser) = Browser::start(LARGE) else { return };
     let (_folder, path) = file(&Page::new("Axes", vec![exhibit("torus")]));
     browser.open_view(&path);
-    let ends = "Object.fromEntries([...document.querySelectorAll('#axes g')].map(g => [g.textContent, ['x2', 'y2'].map(n => Math.round(g.firstChild.getAttribute(n)))]))";
+    let ends = "Object.fromEntries([...document.querySelectorAll('#axes g')].map(g => [g.textContent, ['x2', 'y2'].map(n => Math.round(g.firstChild.getAttribute(n)) + 0)]))";
     // From the front: x to the right, y up, z towards the camera.
     browser.press("1");
     assert_eq!(browser.eval(ends), serde_json::json!({ "x": [22, 0], "y": [0, -22], "z": [0, 0] }));

@@ -664,8 +664,7 @@ function bind(unit, texture, target = gl.TEXTURE_2D) {
 // Pictures of one size in an array, so that a mesh is one draw whatever its materials.
 async function loadImages(mesh) {
   const { materials } = mesh.source;
-  if (!materials || mesh.cache.images) return;
-  mesh.cache.images = [];
+  if (!materials?.images.length) return;
   const bitmaps = await Promise.all(materials.images.map(image =>
     createImageBitmap(new Blob([bytesOf(image.blob)], { type: image.type })).catch(() => null)));
   const size = Math.min(2048, gl.getParameter(gl.MAX_TEXTURE_SIZE), 2 ** Math.ceil(Math.log2(Math.max(1, ...bitmaps.map(b => b ? Math.max(b.width, b.height) : 1)))));
@@ -675,8 +674,6 @@ async function loadImages(mesh) {
     else { pen.fillStyle = '#fff'; pen.fillRect(0, 0, size, size); }
     return pen.getImageData(0, 0, size, size);
   });
-  mesh.textures.images = undefined;
-  redraw();
 }
 function imagesTexture(mesh) {
   const images = mesh.cache.images;
@@ -731,7 +728,6 @@ function bindColors(mesh) {
   }
   if (state.color === 'material' && source.materials) {
     const { materials: m } = source;
-    loadImages(mesh);
     bind(5, textureOf(mesh, 'uvIndex', () => table('RGB32UI', m.uvIndex === null ? new Uint32Array(3 * mesh.faces) : integersOf(m.uvIndex, 3 * mesh.faces))));
     bind(6, textureOf(mesh, 'uv', () => table('RG32F', m.uvs === null ? new Float32Array(2) : floatsOf(m.uvs))));
     bind(7, textureOf(mesh, 'faceMaterial', () => table('R16UI', Uint16Array.from(integersOf(m.faces, mesh.faces)))));
@@ -970,12 +966,13 @@ function showLength() {
   box.style.left = x + 'px'; box.style.top = y + 'px';
 }
 
-let asked = false, version = 0;
+// Nothing is drawn until the pictures are there: the first picture is whole.
+let isLoaded = false, asked = false, version = 0;
 const viewer = { ready: false, frames: 0, loaded: null, frame: null, state, meshes, error: null };
 window.curvmesh = viewer;
 function redraw() {
   version++;
-  if (asked) return;
+  if (asked || !isLoaded) return;
   asked = true;
   requestAnimationFrame(() => {
     asked = false;
@@ -1828,7 +1825,7 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', showTheme)
 new ResizeObserver(() => { if (isHome()) resetCamera(); redraw(); }).observe(canvas);
 setInterval(() => { if (state.layout === 'blink' && state.blink && meshes.length > 1 && !document.hidden) { state.shown = (state.shown + 1) % meshes.length; redraw(); } }, 700);
 
-try {
+async function begin() {
   start();
   resetCamera();
   buildControls();
@@ -1845,10 +1842,17 @@ try {
   showTheme();
   initial = settings();
   readLink();
-} catch (error) {
+  element('loading').hidden = !anyMesh(m => m.materials?.images.length);
+  // A mesh whose pictures cannot be shown is shown without them.
+  await Promise.allSettled(meshes.map(loadImages));
+  element('loading').hidden = true;
+  isLoaded = true;
+  redraw();
+}
+begin().catch(error => {
   viewer.error = String(error);
   element('problem').hidden = false;
   element('problem').append(make('p', { textContent: String(error) }));
   throw error;
-}
+});
 })();
