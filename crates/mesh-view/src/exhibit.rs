@@ -35,6 +35,8 @@ pub struct Exhibit {
     pub facts: Vec<(String, String)>,
     /// For a level of detail: the share of the screen height from which on it is shown.
     pub coverage: Option<f64>,
+    /// Whether it is a part of another mesh on the page: it is shown alone, never beside others.
+    pub is_part: bool,
 }
 
 /// The elements that the values of a field belong to.

@@ -340,6 +340,7 @@ impl Page {
             "directions": directions,
             "facts": exhibit.facts.iter().map(|(n, v)| [visible(n), visible(v)]).collect::<Vec<_>>(),
             "coverage": exhibit.coverage,
+            "part": exhibit.is_part,
         }))
     }
 

@@ -223,7 +223,71 @@ fn levels_change_with_the_size_on_the_screen() {
         browser.press("-");
     }
     assert_eq!(seen, ["5120 faces", "320 faces", "80 faces"]);
+    // The number is that of the pixels, at another size, too.
+    browser.press("0");
+    browser.set("edges", "off");
+    for size in [LARGE, [500, 800]] {
+        browser.resize(size);
+        browser.settle();
+        let text = browser.text("document.getElementById('level').textContent");
+        let pixels = text.split('(').nth(1).unwrap().split(' ').next().unwrap();
+        let pixels: f64 = pixels.parse().unwrap();
+        let tall = browser.number(
+            "(() => { const gl = canvas.getContext('webgl2'), { width, height } = canvas, p = new Uint8Array(4 * width * height); \
+             curvmesh.time(); gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, p); const rows = new Set(); \
+             for (let i = 0; i < width * height; i++) if (p[4 * i] < 235) rows.add(Math.floor(i / width)); return rows.size; })()",
+        );
+        assert!((pixels / tall - 1.0).abs() < 0.03, "{text} {tall}");
+    }
     assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+/// A part of a mesh is framed alone, and the others are arranged without it.
+#[test]
+fn parts_are_shown_alone() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mesh = torus();
+    let whole = |name: &str| Exhibit::of_mesh(name, &mesh);
+    let mut part = whole("part");
+    part.triangles.truncate(4);
+    part.is_part = true;
+    let mut page = Page::new("Parts", vec![whole("one"), whole("two"), part]);
+    page.layout = Layout::One;
+    let (_folder, path) = file(&page);
+    browser.open_view(&path);
+    let half = browser.number("curvmesh.state.half");
+    browser.set("one", "2");
+    let of_part = browser.number("curvmesh.state.half");
+    assert!(of_part < 0.6 * half, "{of_part} {half}");
+    assert!(browser.canvas().inked() > 0.02);
+    browser.set("one", "1");
+    assert_eq!(browser.number("curvmesh.state.half"), half);
+    let names = "[...document.querySelectorAll('#names bdi')].map(name => name.textContent).join()";
+    for (layout, shown) in [("side", "one,two"), ("wipe", "one,two"), ("blink", "one")] {
+        browser.set("blink", "off");
+        browser.set("layout", layout);
+        assert_eq!(browser.text(names), shown, "{layout}");
+    }
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+/// A view that nobody turned is the same through its link, in any arrangement.
+#[test]
+fn a_link_without_a_camera_frames_as_the_page_did() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Link", vec![exhibit("one"), exhibit("two")]));
+    let camera = "JSON.stringify([curvmesh.state.target, curvmesh.state.half])";
+    for layout in ["wipe", "one"] {
+        browser.open_view(&path);
+        browser.set("layout", layout);
+        browser.wait_for(&format!("location.hash === '#layout={layout}'"));
+        let (address, wanted) = (browser.text("location.href"), browser.text(camera));
+        for address in ["about:blank", &address] {
+            browser.call("Page.navigate", serde_json::json!({ "url": address }));
+        }
+        browser.wait_for("Boolean(window.curvmesh && curvmesh.ready)");
+        assert_eq!(browser.text(camera), wanted, "{layout}");
+    }
 }
 
 /// Lines, dots, directions, boundaries, non-manifold and sharp edges are drawn only when requested.

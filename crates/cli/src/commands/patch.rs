@@ -275,6 +275,7 @@ fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<
             positions: part.positions,
             triangles: part.triangles,
             lines,
+            is_part: true,
             facts: vec![
                 ("k1".into(), Decimal(k1).to_string()),
                 ("k2".into(), Decimal(k2).to_string()),

@@ -86,6 +86,9 @@ const meshes = page.meshes.map((source, number) => {
   return mesh;
 });
 
+// The meshes that are compared with each other; a part is shown alone.
+const wholes = meshes.some(m => !m.source.part) ? meshes.filter(m => !m.source.part) : meshes;
+
 // The first vertex at the same place, where the file has several.
 const same = mesh => mesh.cache.same ??= mesh.source.same === null ? null : integersOf(mesh.source.same, mesh.vertices);
 
@@ -233,13 +236,13 @@ function directionSegments(mesh, set, length) {
 
 // ---------------------------------------------------------------- scene and state
 
-const sceneLow = [0, 1, 2].map(i => Math.min(...meshes.map(m => m.source.center[i] - 0.5 * m.source.extent[i])));
-const sceneHigh = [0, 1, 2].map(i => Math.max(...meshes.map(m => m.source.center[i] + 0.5 * m.source.extent[i])));
+const sceneLow = [0, 1, 2].map(i => Math.min(...wholes.map(m => m.source.center[i] - 0.5 * m.source.extent[i])));
+const sceneHigh = [0, 1, 2].map(i => Math.max(...wholes.map(m => m.source.center[i] + 0.5 * m.source.extent[i])));
 const sceneCenter = sceneLow.map((low, i) => 0.5 * (low + sceneHigh[i]));
-const largest = Math.max(...meshes.map(m => m.radius));
+const largest = Math.max(...wholes.map(m => m.radius));
 const togetherRadius = 0.5 * Math.hypot(...sceneLow.map((low, i) => sceneHigh[i] - low)) || 1e-9;
 // Meshes that have nothing to do with each other are each shown in the middle.
-const alike = togetherRadius < 1.5 * largest && meshes.every(m => m.radius > 0.4 * largest);
+const alike = togetherRadius < 1.5 * largest && wholes.every(m => m.radius > 0.4 * largest);
 
 const keys = new Set(meshes.flatMap(m => [...m.fields.keys()])), fieldNames = [...keys];
 const anyMesh = test => meshes.some(m => test(m.source));
@@ -281,6 +284,31 @@ function upright(q) {
   const turns = { x: [[0, 0, 1], H], y: [[0, 0, 1], 0], z: [[1, 0, 0], -H], '-x': [[0, 0, 1], -H], '-y': [[0, 0, 1], 2 * H], '-z': [[1, 0, 0], H] };
   return times(q, around(...turns[state.up]));
 }
+// The meshes that a frame holds: all that are compared, so that a change between them moves nothing.
+// What is seen alone is framed alone.
+function framed() {
+  const shown = state.layout === 'one' ? [meshes[state.one]] : wholes;
+  return isAlone() || shown.some(m => m.source.part) ? shown : wholes;
+}
+// The box around meshes as the camera sees them, on the plane of its target: right and up of the target.
+function seenBox(list, isWhole = true) {
+  const turned = rows(state.turn), away = state.half / Math.tan(FOV / 2), middle = turned.map(row => dot(row, state.target));
+  const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
+  for (const mesh of list) {
+    const scale = state.together ? 1 : largest / mesh.radius, step = isWhole ? Math.max(1, Math.floor(mesh.faces / 4000)) : 1;
+    const offset = mesh.source.center.map((c, i) => state.together ? c - sceneCenter[i] : 0), shows = isWhole ? null : drawn(mesh).face;
+    for (let f = 0; f < 3 * mesh.faces; f += step) {
+      if (shows && !shows((f / 3) | 0)) continue;
+      const p = [0, 1, 2].map(i => mesh.local[3 * mesh.corners[f] + i] * scale + offset[i]);
+      const nearer = state.perspective ? 1 / (1 - Math.min((dot(turned[2], p) - middle[2]) / away, 0.8)) : 1;
+      for (const i of [0, 1]) {
+        const x = (dot(turned[i], p) - middle[i]) * nearer;
+        low[i] = Math.min(low[i], x); high[i] = Math.max(high[i], x);
+      }
+    }
+  }
+  return [low, high];
+}
 // As near as leaves everything in sight from here. The nearer the camera, the more the perspective
 // spreads what is in front, so that a few rounds are needed.
 function fit(isWhole = true) {
@@ -291,21 +319,7 @@ function fit(isWhole = true) {
   const names = Array.from(element('names').children, name => (name.offsetHeight + 8) / cell.height), above = Math.min(0.4, Math.max(0, ...names));
   state.target = [0, 0, 0]; state.half = radius();
   for (let round = 0; round < 6; round++) {
-    const away = state.half / Math.tan(FOV / 2), middle = turned.map(row => dot(row, state.target));
-    const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
-    for (const mesh of meshes) {
-      const scale = state.together ? 1 : largest / mesh.radius, step = Math.max(1, Math.floor(mesh.faces / 4000));
-      const offset = mesh.source.center.map((c, i) => state.together ? c - sceneCenter[i] : 0), shows = isWhole ? null : drawn(mesh).face;
-      for (let f = 0; f < 3 * mesh.faces; f += isWhole ? step : 1) {
-        if (shows && !shows((f / 3) | 0)) continue;
-        const p = [0, 1, 2].map(i => mesh.local[3 * mesh.corners[f] + i] * scale + offset[i]);
-        const nearer = state.perspective ? 1 / (1 - Math.min((dot(turned[2], p) - middle[2]) / away, 0.8)) : 1;
-        for (const i of [0, 1]) {
-          const x = (dot(turned[i], p) - middle[i]) * nearer;
-          low[i] = Math.min(low[i], x); high[i] = Math.max(high[i], x);
-        }
-      }
-    }
+    const [low, high] = seenBox(framed(), isWhole);
     if (!(low[0] <= high[0])) return;
     const half = [0, 1].map(i => 0.5 * (high[i] - low[i])), tall = 1.1 * Math.max(half[1] / (1 - above), half[0] / aspect, 1e-5 * radius());
     const shift = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]) + tall * above];
@@ -778,14 +792,14 @@ function setCamera(p, mesh, aspect) {
 function cells(width, height) {
   const whole = { x: 0, y: 0, width, height };
   const clipped = (mesh, x, w) => ({ mesh, ...whole, clip: [x, w] });
-  const n = meshes.length;
+  const n = wholes.length;
+  if (state.layout === 'one') return [clipped(meshes[state.one], 0, width)];
   if (n > 1 && state.layout === 'wipe') {
     const first = Math.min(Math.floor(state.wipe), n - 2), cut = Math.round((1 - (state.wipe - first)) * width);
-    return [clipped(meshes[first], 0, cut), clipped(meshes[first + 1], cut, width - cut)].filter(c => c.clip[1] > 0);
+    return [clipped(wholes[first], 0, cut), clipped(wholes[first + 1], cut, width - cut)].filter(c => c.clip[1] > 0);
   }
   if (n > 1 && state.layout !== 'side') {
-    const shown = state.layout === 'one' ? state.one : state.layout === 'blink' ? state.shown % n : levelNow(height);
-    return [clipped(meshes[shown], 0, width)];
+    return [clipped(state.layout === 'blink' ? wholes[state.shown % n] : levelNow(), 0, width)];
   }
   let best = 1, size = 0;
   for (let columns = 1; columns <= n; columns++) {
@@ -793,18 +807,20 @@ function cells(width, height) {
     if (side > size * 1.02) [best, size] = [columns, side];
   }
   const lines = Math.ceil(n / best);
-  return meshes.map((mesh, i) => {
+  return wholes.map((mesh, i) => {
     const [left, right] = [i % best, i % best + 1].map(k => Math.round(k * width / best));
     const [bottom, top] = [lines - 1 - Math.floor(i / best), lines - Math.floor(i / best)].map(k => Math.round(k * height / lines));
     return { mesh, x: left, y: bottom, width: right - left, height: top - bottom, clip: [left, right - left] };
   });
 }
 
-// The level that the share of the height on the screen asks for.
-const coverage = () => Math.min(largest / state.half, 9);
+// Half the height of the picture, on the plane of the target: a narrow one does not cut the sides off.
+const halfHeight = () => state.half / Math.min(1, canvas.clientWidth / canvas.clientHeight);
+// The level that the share of the diagonal in the height of the picture asks for.
+const coverage = () => largest / halfHeight();
 function levelNow() {
-  const share = coverage(), found = meshes.findIndex(m => m.source.coverage !== null && share >= m.source.coverage);
-  return found < 0 ? meshes.length - 1 : found;
+  const share = coverage();
+  return wholes.find(m => m.source.coverage !== null && share >= m.source.coverage) ?? wholes.at(-1);
 }
 
 // Ends the names of lines on what is drawn of a mesh while one label is alone.
@@ -1211,14 +1227,14 @@ const panel = element('controls');
 function buildControls() {
   const view = [], colors = [], lines = [];
   if (meshes.length > 1) {
-    const layouts = [['side', 'Side by side'], ['wipe', 'Wipe'], ['blink', 'Blink'], ['one', 'One of them']];
+    const layouts = [...(wholes.length > 1 ? [['side', 'Side by side'], ['wipe', 'Wipe'], ['blink', 'Blink']] : []), ['one', 'One of them']];
     if (meshes.some(m => m.source.coverage !== null)) layouts.push(['distance', 'By size on the screen']);
-    const [line, input] = select('Arrange', layouts, state.layout, value => { state.layout = value; showLayout(); redraw(); }, 'layout');
-    const [wipeLine, wipe] = slider('Move the border', [0, meshes.length - 1, 0.01], state.wipe, x => { state.wipe = x; redraw(); }, 'wipe');
-    const [oneLine, one] = select('Show', meshes.map((m, i) => [String(i), m.source.name]), '0', x => { state.one = Number(x); controls.levels.value = x; redraw(); showFacts(); }, 'one');
+    const [line, input] = select('Arrange', layouts, state.layout, setLayout, 'layout');
+    const [wipeLine, wipe] = slider('Move the border', [0, wholes.length - 1, 0.01], state.wipe, setWipe, 'wipe');
+    const [oneLine, one] = select('Show', meshes.map((m, i) => [String(i), m.source.name]), String(state.one), x => setOne(Number(x)), 'one');
     const [blinkLine, blink] = checkbox('Autoplay (B shows the next)', state.blink, x => { state.blink = x; }, 'blink');
     const level = make('p', { id: 'level', className: 'note' });
-    const [levelLine, levels] = slider('Level', [0, meshes.length - 1, 1], 0, x => { state.one = x; one.value = String(x); levels.setAttribute('aria-valuetext', meshes[x].source.name); redraw(); showFacts(); }, 'levels');
+    const [levelLine, levels] = slider('Level', [0, meshes.length - 1, 1], state.one, setOne, 'levels');
     const hasLevels = meshes.some(m => m.source.coverage !== null);
     const [togetherLine, together] = checkbox('Same place and scale for all', state.together, x => { state.together = x; resetCamera(); redraw(); }, 'together');
     Object.assign(controls, { layout: input, wipe, one, blink, together });
@@ -1230,7 +1246,7 @@ function buildControls() {
   [lineOf, controls.smooth] = checkbox('Smooth shading (G)', state.smooth, x => { state.smooth = x; redraw(); }, 'smooth'); view.push(lineOf);
   [lineOf, controls.edges] = checkbox('Edges (E)', state.edges, x => { state.edges = x; redraw(); }, 'edges'); view.push(lineOf);
   [lineOf, controls.backs] = checkbox('Tint what is seen from behind', state.backs, x => { state.backs = x; redraw(); }, 'backs'); view.push(lineOf);
-  [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; redraw(); }, 'perspective'); view.push(lineOf);
+  [lineOf, controls.perspective] = checkbox('Perspective (O)', state.perspective, x => { state.perspective = x; stayHome(); redraw(); }, 'perspective'); view.push(lineOf);
   [lineOf, controls.axes] = checkbox('Axes', state.axes, x => { state.axes = x; redraw(); }, 'show-axes'); view.push(lineOf);
   [lineOf, controls.theme] = select('Brightness', [['auto', 'System'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
@@ -1333,6 +1349,22 @@ function reportPart(part) {
   return box;
 }
 
+// A link without a camera is framed with its settings, so that an untouched view is, too.
+function stayHome() { if (isHome()) resetCamera(); }
+function setLayout(layout) {
+  state.layout = layout;
+  stayHome();
+  showLayout(); showFacts(); redraw();
+}
+// Shows one mesh; a part comes into the frame.
+function setOne(number) {
+  const isPart = [state.one, number].some(i => meshes[i].source.part);
+  state.one = number;
+  controls.one.value = controls.levels.value = String(number);
+  controls.levels.setAttribute('aria-valuetext', meshes[number].source.name);
+  if (isHome()) resetCamera(); else if (isPart) fit();
+  showFacts(); redraw();
+}
 function showLayout() {
   for (const [name, lines] of Object.entries(controls.byLayout ?? {})) for (const line of lines) line.hidden = state.layout !== name;
   if (controls.layout) controls.layout.value = state.layout;
@@ -1537,16 +1569,17 @@ function showNames() {
 }
 function showLevel() {
   if (state.layout !== 'distance' || meshes.length < 2) return;
-  const level = levelNow();
-  element('level').textContent = `Fills ${Math.round(100 * coverage())} % of the height (${Math.round(coverage() * canvas.clientHeight)} pixels): ${meshes[level].source.name}. Zoom to see the change.`;
+  const level = levelNow(), [low, high] = seenBox([level]), share = (high[1] - low[1]) / (2 * halfHeight());
+  element('level').textContent = `The mesh fills ${Math.round(100 * share)} % of the height (${Math.round(share * canvas.clientHeight)} pixels). Its diagonal would fill ${Math.round(100 * coverage())} %, which asks for: ${level.source.name}. Zoom to see the change.`;
 }
 
 // Counts of each mesh.
 function showFacts() {
-  const box = element('counts'), names = [...new Set(meshes.flatMap(m => m.source.facts.map(([name]) => name)))];
-  const head = meshes.length > 1 ? [make('tr', {}, make('td'), ...meshes.map(m => make('th', { scope: 'col' }, make('bdi', { textContent: m.source.name }))))] : [];
+  const box = element('counts'), listed = state.layout === 'one' && meshes[state.one].source.part ? [meshes[state.one]] : wholes;
+  const names = [...new Set(listed.flatMap(m => m.source.facts.map(([name]) => name)))];
+  const head = meshes.length > 1 ? [make('tr', {}, make('td'), ...listed.map(m => make('th', { scope: 'col' }, make('bdi', { textContent: m.source.name }))))] : [];
   const lines = names.map(name => make('tr', {}, make('th', { scope: 'row', textContent: name }),
-    ...meshes.map(m => make('td', {}, make('bdi', { textContent: m.source.facts.find(([n]) => n === name)?.[1] ?? '' })))));
+    ...listed.map(m => make('td', {}, make('bdi', { textContent: m.source.facts.find(([n]) => n === name)?.[1] ?? '' })))));
   box.replaceChildren(make('table', { className: 'wide' }, ...head, ...lines));
   const notes = meshes.filter(m => m.source.simplified).map(m => make('p', { className: 'note', textContent: `${m.source.name}: ${grouped(m.source.simplified)} faces are too many for a page; shown are ${grouped(m.faces)}, made by merging vertices that are close together. Values, numbers of vertices and of faces are those of the original.` }));
   const reversed = meshes.filter(isInsideOut).map(m => make('p', { className: 'note', textContent: `${m.source.name} is inside out: its faces look into the closed surface. What is seen from outside is their back, which is tinted violet, and curvatures have the opposite sign. \u201ccurvmesh repair --reorient\u201d turns the faces.` }));
@@ -1686,21 +1719,27 @@ function isolate() {
   const value = field ? labelOf(field, field.on === 'vertex' ? hit.vertex : hit.face) : NaN;
   if (Number.isFinite(value)) setOnly(value + 0); else live.textContent = 'No label here';
 }
-const flip = name => { controls[name].checked = state[name] = !state[name]; redraw(); };
+const flip = name => controls[name].click();
 const next = (list, value) => list[(list.indexOf(value) + 1) % list.length];
 function nextMesh() {
   if (meshes.length < 2) return;
-  if (state.layout === 'one') { state.one = (state.one + 1) % meshes.length; controls.one.value = controls.levels.value = String(state.one); }
-  else { if (state.layout !== 'blink') { state.layout = 'blink'; state.blink = controls.blink.checked = false; showLayout(); } state.shown = (state.shown + 1) % meshes.length; }
-  live.textContent = meshes[state.layout === 'one' ? state.one : state.shown].source.name;
+  if (state.layout === 'one') setOne((state.one + 1) % meshes.length);
+  else {
+    if (state.layout !== 'blink') { state.blink = controls.blink.checked = false; setLayout('blink'); }
+    state.shown = (state.shown + 1) % wholes.length;
+    redraw();
+  }
+  live.textContent = (state.layout === 'one' ? meshes[state.one] : wholes[state.shown]).source.name;
+}
+function setWipe(place) {
+  state.wipe = Math.min(Math.max(place, 0), wholes.length - 1);
+  controls.wipe.value = state.wipe;
   redraw();
 }
 function moveBorder(by) {
-  if (meshes.length < 2) return;
-  state.layout = 'wipe';
-  state.wipe = Math.min(Math.max(state.wipe + by, 0), meshes.length - 1);
-  controls.wipe.value = state.wipe;
-  showLayout(); redraw();
+  if (wholes.length < 2) return;
+  setWipe(state.wipe + by);
+  if (state.layout !== 'wipe') setLayout('wipe');
 }
 const ACTIONS = {
   '+': () => zoom(1 / 1.15), '=': () => zoom(1 / 1.15), '-': () => zoom(1.15), ',': () => roll(0.1), '.': () => roll(-0.1),
@@ -1708,7 +1747,7 @@ const ACTIONS = {
   x: () => { element('cross').hidden = false; read(canvas.clientWidth / 2, canvas.clientHeight / 2); },
   m: () => setMeasuring(!state.measuring), Escape: () => { if (state.measuring) setMeasuring(false); else if (state.pinned) letGo(); else if (isAlone()) setOnly(null); },
   c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(!isAlone()); redraw(); }, i: isolate, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
-  a: () => { if (controls.layout) { state.layout = next([...controls.layout.options].map(o => o.value), state.layout); showLayout(); redraw(); } },
+  a: () => { if (controls.layout) setLayout(next(optionsOf('layout'), state.layout)); },
   b: nextMesh, '[': () => moveBorder(-0.05), ']': () => moveBorder(0.05),
   d: () => { state.theme = themeNow() === 'dark' ? 'light' : 'dark'; showTheme(); }, s: savePicture,
 };
@@ -1741,7 +1780,7 @@ const vector = (name, count, made = x => x) => ({
 const optionsOf = name => () => controls[name] ? [...controls[name].options].map(o => o.value) : [state[name]];
 // What a link holds, in the order in which it is set. Texts from links are checked like any input.
 const LINKED = {
-  layout: choice('layout', optionsOf('layout')), wipe: amount('wipe', 0, meshes.length - 1), blink: flag('blink'), together: flag('together'),
+  layout: choice('layout', optionsOf('layout')), wipe: amount('wipe', 0, wholes.length - 1), blink: flag('blink'), together: flag('together'),
   level: { get: () => String(state.one), set: text => { if (/^[0-9]+$/.test(text) && Number(text) < meshes.length) state.one = Number(text); } },
   smooth: flag('smooth'), edges: flag('edges'), backs: flag('backs'), perspective: flag('perspective'), axes: flag('axes'),
   theme: choice('theme', optionsOf('theme')), up: choice('up', optionsOf('up')),
@@ -1823,7 +1862,7 @@ canvas.addEventListener('webglcontextlost', event => event.preventDefault());
 canvas.addEventListener('webglcontextrestored', () => { start(); redraw(); });
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', showTheme);
 new ResizeObserver(() => { if (isHome()) resetCamera(); redraw(); }).observe(canvas);
-setInterval(() => { if (state.layout === 'blink' && state.blink && meshes.length > 1 && !document.hidden) { state.shown = (state.shown + 1) % meshes.length; redraw(); } }, 700);
+setInterval(() => { if (state.layout === 'blink' && state.blink && wholes.length > 1 && !document.hidden) { state.shown = (state.shown + 1) % wholes.length; redraw(); } }, 700);
 
 async function begin() {
   start();
