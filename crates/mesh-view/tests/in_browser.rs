@@ -290,6 +290,30 @@ fn a_link_without_a_camera_frames_as_the_page_did() {
     }
 }
 
+/// The inner side of a surface is violet, but not where values are shown.
+#[test]
+fn values_are_not_tinted_from_behind() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mut shown = exhibit("torus");
+    for triangle in &mut shown.triangles {
+        triangle.swap(0, 1);
+    }
+    let (_folder, path) = file(&Page::new("Inside out", vec![shown]));
+    browser.open_view(&path);
+    for (color, is_violet) in [("vertex:wave", false), ("plain", true)] {
+        browser.set("color", color);
+        let said = browser.text("document.getElementById('names').textContent");
+        assert!(said.contains("Inside out"), "{said}");
+        assert_eq!(said.contains("violet"), is_violet, "{said}");
+        let tinted = browser.canvas();
+        browser.set("backs", "off");
+        let change = browser.canvas().difference(&tinted);
+        assert_eq!(change > 0.05, is_violet, "{color}: {change}");
+        browser.set("backs", "on");
+    }
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 /// Lines, dots, directions, boundaries, non-manifold and sharp edges are drawn only when requested.
 #[test]
 fn overlays_are_drawn() {

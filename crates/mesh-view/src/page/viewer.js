@@ -535,7 +535,7 @@ void main() {
   gl_Position = uProjection * vec4(vEye, 1.);
 }`, `${HEAD}
 in float vCut; in vec3 vNormal; in vec3 vEye; in vec3 vBary; in vec2 vValue; in vec4 vColor; in vec2 vUv; flat in vec4 vMaterial; flat in vec4 vBase; flat in vec3 vLabel;
-uniform int uMode; uniform sampler2D tMap; uniform sampler2DArray tImages; uniform vec2 uRange; uniform bool uLog; uniform bool uEdges; uniform bool uBacks; uniform vec3 uEdgeColor;
+uniform int uMode; uniform sampler2D tMap; uniform sampler2DArray tImages; uniform vec2 uRange; uniform bool uLog; uniform bool uEdges; uniform bool uTint; uniform vec3 uEdgeColor;
 out vec4 color;
 ${NEAREST}void main() {
   if (vCut > 0.) discard;
@@ -562,7 +562,7 @@ ${NEAREST}void main() {
   float light = .22 + .62 * max(dot(n, normalize(vec3(-.7, .6, 1.))), 0.) + .22 * max(dot(n, normalize(vec3(.9, 0., 1.))), 0.);
   vec3 lit = base * light;
   if (rough < 1.) lit += mix(vec3(1.), base, metal) * (1. - rough) * .6 * pow(max(dot(n, normalize(vec3(-.35, .3, 1.))), 0.), mix(80., 6., rough));
-  if (back && uBacks && uMode != 5) lit = mix(lit, vec3(.45, .28, .5) * light, uMode == 0 ? .8 : .35);
+  if (back && uTint) lit = mix(lit, vec3(.45, .28, .5) * light, uMode == 0 ? .8 : .35);
   if (uEdges) {
     vec3 w = fwidth(vBary), d = smoothstep(vec3(0.), w * 1.1, vBary);
     float wide = max(w.x, max(w.y, w.z));
@@ -752,6 +752,8 @@ function bindColors(mesh) {
   return 0;
 }
 
+// Whether what is seen from behind is tinted: a tint would spoil values and materials.
+const isTinted = mesh => state.backs && !mesh.fields.has(state.color) && !(state.color === 'material' && mesh.source.materials);
 // What is in front of this plane is cut off: its normal, and its distance from the camera target.
 function cutPlane(turned) {
   // A plane so far away that it cuts nothing.
@@ -896,7 +898,7 @@ function draw(width, height, ratio) {
     gl.uniform1i(p.at('uMode'), mode);
     gl.uniform1i(p.at('uSmooth'), state.smooth);
     gl.uniform1i(p.at('uEdges'), state.edges);
-    gl.uniform1i(p.at('uBacks'), state.backs);
+    gl.uniform1i(p.at('uTint'), isTinted(mesh));
     gl.uniform3f(p.at('uEdgeColor'), 0.1, 0.1, 0.12);
     gl.uniform2f(p.at('uRange'), low, high);
     gl.uniform1i(p.at('uLog'), isLog);
@@ -1555,13 +1557,13 @@ function showNames() {
   const box = element('names'), scale = 1 / ratio();
   const list = cells(canvas.width, canvas.height);
   const wanted = meshes.length > 1 || meshes[0].source.simplified || meshes.some(isInsideOut);
-  const key = JSON.stringify([state.backs, list.map(c => [c.mesh.number, c.x, c.y, c.clip, c.height])]);
+  const key = JSON.stringify([state.backs, state.color, list.map(c => [c.mesh.number, c.x, c.y, c.clip, c.height])]);
   if (showNames.key === key) return;
   showNames.key = key;
   box.replaceChildren(...(wanted ? list : []).map(cell => {
     const { source } = cell.mesh, note = source.simplified ? ` (shown with ${grouped(cell.mesh.faces)} of ${grouped(source.simplified)} faces)` : '';
     const name = make('div', {}, make('bdi', { textContent: source.name }), note);
-    if (isInsideOut(cell.mesh)) name.append(make('br'), state.backs ? 'Inside out: violet is the inner side' : 'Inside out');
+    if (isInsideOut(cell.mesh)) name.append(make('br'), isTinted(cell.mesh) ? 'Inside out: violet is the inner side' : 'Inside out');
     name.style.left = cell.clip[0] * scale + 'px'; name.style.maxWidth = cell.clip[1] * scale - 16 + 'px';
     name.style.top = (canvas.height - cell.y - cell.height) * scale + 'px';
     return name;
@@ -1582,7 +1584,7 @@ function showFacts() {
     ...listed.map(m => make('td', {}, make('bdi', { textContent: m.source.facts.find(([n]) => n === name)?.[1] ?? '' })))));
   box.replaceChildren(make('table', { className: 'wide' }, ...head, ...lines));
   const notes = meshes.filter(m => m.source.simplified).map(m => make('p', { className: 'note', textContent: `${m.source.name}: ${grouped(m.source.simplified)} faces are too many for a page; shown are ${grouped(m.faces)}, made by merging vertices that are close together. Values, numbers of vertices and of faces are those of the original.` }));
-  const reversed = meshes.filter(isInsideOut).map(m => make('p', { className: 'note', textContent: `${m.source.name} is inside out: its faces look into the closed surface. What is seen from outside is their back, which is tinted violet, and curvatures have the opposite sign. \u201ccurvmesh repair --reorient\u201d turns the faces.` }));
+  const reversed = meshes.filter(isInsideOut).map(m => make('p', { className: 'note', textContent: `${m.source.name} is inside out: its faces look into the closed surface. What is seen from outside is their back, which is violet where neither values nor materials are shown. Curvatures have the opposite sign. \u201ccurvmesh repair --reorient\u201d turns the faces.` }));
   box.append(...notes, ...reversed);
 }
 
@@ -1600,6 +1602,7 @@ async function savePicture() {
   const ink = pen.fillStyle = themeNow() === 'dark' ? '#e8eaed' : '#1a1c20';
   pen.font = `${13 * scale}px system-ui, sans-serif`;
   pen.textBaseline = 'middle';
+  pen.lineWidth = scale;
   if (isLegend && showsLabels()) {
     const { shown, notes } = isAlone() ? { shown: [{ color: labelColor(state.color, placeOf(labelsOf(state.color).list, state.only)), text: labelText(state.only) }], notes: [] } : legendOf(state.color, LABELS.colors.length / 3), left = width + 8 * scale, step = Math.min(21 * scale, (height - 90 * scale) / (shown.length + notes.length));
     let y = 64 * scale;
@@ -1612,7 +1615,7 @@ async function savePicture() {
     for (const [name, end, from, to] of [['above', 1, top, top - 10 * scale], ['below', 0, top + tall, top + tall + 10 * scale]]) {
       if (!element(name).classList.contains('beyond')) continue;
       pen.fillStyle = colorAt(end);
-      pen.beginPath(); pen.moveTo(left, from); pen.lineTo(left + wide, from); pen.lineTo(left + wide / 2, to); pen.fill();
+      pen.beginPath(); pen.moveTo(left, from); pen.lineTo(left + wide, from); pen.lineTo(left + wide / 2, to); pen.closePath(); pen.fill(); pen.strokeStyle = ink; pen.stroke();
     }
     pen.fillStyle = ink;
     for (const t of ticks()) { const y = top + tall * (1 - (place(t) ?? 0)); pen.fillRect(left + wide, y, 4 * scale, scale); pen.fillText(tickText(t), left + wide + 7 * scale, y); }
