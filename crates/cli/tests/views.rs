@@ -117,7 +117,8 @@ fn every_command_has_its_page() {
     assert_eq!(flipped, 1.0);
     assert!(text(&mut browser, "#controls").contains("Flipped edges"));
     browser.open_view(&page("curvature.html"));
-    assert_eq!(text(&mut browser, "#quantity"), "mean_curvature");
+    assert_eq!(text(&mut browser, "#quantity"), "mean curvature");
+    assert_eq!(browser.text("document.getElementById('quantity').title"), "mean_curvature");
     assert!(browser.number("document.querySelectorAll('#histogram rect').length") > 10.0);
     assert!(text(&mut browser, "#controls").contains("Direction of k1"));
     browser.open_view(&page("patch.html"));

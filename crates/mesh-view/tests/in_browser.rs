@@ -691,6 +691,12 @@ fn a_link_restores_the_view() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// The length beside the measured line.
+fn length_of(browser: &mut Browser) -> f64 {
+    let text = browser.text("document.getElementById('length-of').textContent");
+    text.strip_suffix(" model units").unwrap().parse().unwrap()
+}
+
 /// A square of side 3 and one in front of it: lengths and cuts are known.
 #[test]
 fn distances_are_measured_and_planes_cut() {
@@ -728,8 +734,7 @@ fn distances_are_measured_and_planes_cut() {
     let bare = browser.canvas();
     click(&mut browser, at(-1.0, -1.0));
     click(&mut browser, at(1.0, 1.0));
-    let length: f64 =
-        browser.text("document.getElementById('length-of').textContent").parse().unwrap();
+    let length = length_of(&mut browser);
     // A click is exact to half a pixel, which is about 0.005 here.
     assert!((length - 8.0_f64.sqrt()).abs() < 0.02, "{length}");
     let line = browser.canvas();
@@ -737,8 +742,7 @@ fn distances_are_measured_and_planes_cut() {
     // From the back square to the front one: the depth counts.
     click(&mut browser, at(-1.0, 0.0));
     click(&mut browser, at(0.0, 0.0));
-    let length: f64 =
-        browser.text("document.getElementById('length-of').textContent").parse().unwrap();
+    let length = length_of(&mut browser);
     assert!((length - 5.0_f64.sqrt()).abs() < 0.02, "{length}");
     let said = browser.text("document.getElementById('live').textContent");
     assert!(said.starts_with("Distance 2.2"), "{said}");

@@ -202,6 +202,7 @@ fn page(input: &Path, before: &TriMesh, after: &TriMesh) -> Page {
         let mut exhibit = view::mesh(name, mesh)
             .with_vertex_values("mean_curvature", &curvatures.map(|c| c.mean().value()))
             .with_vertex_values("gaussian_curvature", &curvatures.map(|c| c.gaussian().value()));
+        view::set_units(&mut exhibit.fields);
         exhibit.lines.push(Lines {
             name: "Flipped edges".into(),
             color,

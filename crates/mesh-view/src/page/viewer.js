@@ -59,6 +59,22 @@ const digits = (x, n = 7) => {
 };
 const grouped = n => n.toLocaleString('en-US');
 
+// What people call the properties that this program writes.
+const NAMES = {
+  mean_curvature: 'mean curvature', abs_mean_curvature: 'absolute mean curvature', gaussian_curvature: 'Gaussian curvature',
+  k1: 'largest principal curvature k1', k2: 'smallest principal curvature k2', abs_principal_sum: 'sum of |k1| and |k2|',
+  abs_dihedral_curvature: 'absolute curvature from dihedral angles', willmore_energy: 'Willmore energy', k_plus: 'positive extrinsic curvature',
+  k_minus: 'negative extrinsic curvature', shape_index: 'shape index', curvature_error: 'error of curvature',
+  curvature_known: 'whether curvature is known', curvature_kind: 'kind of curvature',
+  ...Object.fromEntries(['k1', 'k2'].flatMap(k => [...'xyz'].map(axis => [k + '_' + axis, `direction of ${k}, ${axis}`]))),
+};
+const titleOf = name => Object.hasOwn(NAMES, name) ? NAMES[name] : name;
+// A name that may break after its words.
+const wrapped = name => name.split(/(?<=_)/).flatMap((part, i) => i ? [document.createElement('wbr'), part] : [part]);
+const LENGTH = 'model units';
+// A number with its unit, as in a sentence: "3 per model unit".
+const withUnit = (text, unit) => `${text} ${unit.replace(/^1 \/ /, 'per ')}`.trimEnd();
+
 const meshes = page.meshes.map((source, number) => {
   const { positions, index } = source;
   const vertices = positions.count, faces = index.count;
@@ -74,14 +90,14 @@ const meshes = page.meshes.map((source, number) => {
   for (const f of source.fields) {
     const values = floatsOf(f.blob);
     const fine = f.fine === null ? null : new Int8Array(bytesOf(f.fine).buffer);
-    fields.set(f.on + ':' + f.name, { ...f, values, fine });
+    fields.set(f.on + ':' + f.name, { ...f, title: titleOf(f.name), values, fine });
   }
   const mesh = { source, number, vertices, faces, local, fields, corners: integersOf(index.blob, 3 * faces),
     radius: 0.5 * Math.hypot(...source.extent) || 1e-9, cache: {} };
   const parts = source.facts.find(([name]) => name === 'components')?.[1] ?? '1';
   // Found only when they are asked for. With merged vertices, they would be others than those of the file.
   if (!['0', '1'].includes(parts) && !source.simplified && !fields.has('face:component')) {
-    fields.set('face:component', { name: 'component', unit: '', on: 'face', signed: false, range: null, label: true, fine: null, lazy: true, get values() { return mesh.cache.components ??= componentsOf(mesh); } });
+    fields.set('face:component', { name: 'component', title: 'component', unit: '', on: 'face', signed: false, range: null, label: true, fine: null, lazy: true, get values() { return mesh.cache.components ??= componentsOf(mesh); } });
   }
   return mesh;
 });
@@ -252,7 +268,7 @@ if (anyMesh(m => m.vertexColors !== null)) COLORS.push(['vertexColors', 'Colours
 if (anyMesh(m => m.faceColors !== null)) COLORS.push(['faceColors', 'Colours of faces']);
 for (const key of fieldNames) {
   const [on, name] = [key.slice(0, key.indexOf(':')), key.slice(key.indexOf(':') + 1)];
-  COLORS.push([key, keys.has((on === 'vertex' ? 'face:' : 'vertex:') + name) ? name + ' (' + on + ')' : name]);
+  COLORS.push([key, titleOf(name) + (keys.has((on === 'vertex' ? 'face:' : 'vertex:') + name) ? ` (${on})` : '')]);
 }
 
 const most = Math.max(...meshes.map(m => m.faces));
@@ -955,7 +971,7 @@ function showMeasured(aloud) {
   let text = !state.measuring ? '' : a ? 'Click the second point.' : 'Click the first point, or press X for the middle of the picture.';
   if (b) {
     const across = a.world.map((x, i) => Math.abs(x - b.world[i]));
-    text = `Distance ${digits(distanceOf(state.ends), 5)} (x ${digits(across[0], 4)}, y ${digits(across[1], 4)}, z ${digits(across[2], 4)})`;
+    text = `Distance ${withUnit(digits(distanceOf(state.ends), 5), LENGTH)} (x ${digits(across[0], 4)}, y ${digits(across[1], 4)}, z ${digits(across[2], 4)})`;
   }
   box.textContent = text;
   if (aloud) live.textContent = text;
@@ -979,7 +995,7 @@ function showLength() {
   const seen = inScene(cell.mesh, middle).map((x, i) => x - state.target[i]), turned = rows(state.turn).map(row => dot(row, seen));
   const away = state.half / Math.tan(FOV / 2), nearer = state.perspective ? away / (away - turned[2]) : 1, half = state.half / Math.min(1, cell.width / cell.height);
   const scale = cell.height / (2 * half) * nearer, x = cell.x + 0.5 * cell.width + turned[0] * scale, y = height - cell.y - 0.5 * cell.height - turned[1] * scale;
-  box.textContent = digits(distanceOf(ends), 5);
+  box.textContent = withUnit(digits(distanceOf(ends), 5), LENGTH);
   box.hidden = !(nearer > 0 && x >= 0 && x <= width && y >= 0 && y <= height);
   box.style.left = x + 'px'; box.style.top = y + 'px';
 }
@@ -1116,11 +1132,11 @@ function describe(hit) {
     if (field.lazy && !current) continue;
     if (field.on === 'face') {
       const value = text(hit.face);
-      rows.push([field.name, value, current]);
+      rows.push([field.title, withUnit(value, field.unit), current]);
     } else {
       const value = text(hit.vertex);
       const here = [0, 1, 2].reduce((s, i) => s + hit.weights[i] * field.values[hit.corners[i]], 0);
-      rows.push([field.name, `${value} at the vertex` + (current && !field.label ? `, ${digits(here, 4)} here` : ''), current]);
+      rows.push([field.title, `${withUnit(value, field.unit)} at the vertex` + (current && !field.label ? `, ${digits(here, 4)} here` : ''), current]);
     }
   }
   rows.sort((a, b) => Boolean(b[2]) - Boolean(a[2]));
@@ -1144,7 +1160,7 @@ function showPicked(hit, aloud) {
   if (hit) {
     const list = describe(hit);
     for (const [name, value, current] of list) {
-      const line = make('div', { className: current ? 'current' : '' }, make('dt', {}, make('bdi', { textContent: name })), make('dd', {}, make('bdi', { textContent: value })));
+      const line = make('div', { className: current ? 'current' : '' }, make('dt', {}, make('bdi', {}, ...wrapped(name))), make('dd', {}, make('bdi', { textContent: value })));
       box.append(line);
     }
     if (aloud) live.textContent = list.map(([name, value]) => `${name}: ${value}`).join('; ');
@@ -1201,7 +1217,9 @@ function labelled(text, input) {
 function select(text, options, value, change, id = '') {
   const input = make('select', { id }, ...options.map(([v, name]) => make('option', { value: v, textContent: name, selected: v === value })));
   input.addEventListener('change', () => { change(input.value); });
-  return [labelled(text, input), input];
+  const line = labelled(text, input);
+  line.classList.add('choice');
+  return [line, input];
 }
 function checkbox(text, value, change, id = '') {
   const input = make('input', { type: 'checkbox', checked: value, id });
@@ -1456,7 +1474,7 @@ function setOnly(value) {
   for (const mesh of meshes) for (const [key, { vao, buffer }] of mesh.overlays) if (key.includes(ALONE)) { gl.deleteVertexArray(vao); gl.deleteBuffer(buffer); mesh.overlays.delete(key); }
   if (value !== null && ![...element('swatches').querySelectorAll('button')].some(press => press.value === String(value))) showSwatches();
   else showOnly();
-  const name = fieldOf(state.color)?.name;
+  const name = fieldOf(state.color)?.title;
   live.textContent = value === null ? 'All labels are shown' : `Only ${name} ${labelText(value)} is shown. Press again for all.`;
   redraw();
 }
@@ -1469,7 +1487,7 @@ function showOnly() {
   }
   list.querySelector('[aria-pressed="true"]')?.scrollIntoView({ block: 'nearest' });
   const more = isOne ? `; only ${labelText(state.only)} is shown` : notes.map(note => '; ' + note).join('');
-  element('bar').setAttribute('aria-label', `${fieldOf(state.color).name}: a colour for each label: ${shown.map(({ text }) => text).join(', ')}${more}`);
+  element('bar').setAttribute('aria-label', `${fieldOf(state.color).title}: a colour for each label: ${shown.map(({ text }) => text).join(', ')}${more}`);
 }
 function showRange() {
   showFieldControls();
@@ -1479,7 +1497,8 @@ function showRange() {
   const stops = Array.from({ length: 33 }, (_, i) => colorAt(i / 32)).join(', ');
   element('ramp').style.setProperty('--stops', stops);
   const field = fieldOf(state.color), values = field ? sorted(state.color) : [];
-  element('quantity').textContent = field ? field.name : '';
+  element('quantity').replaceChildren(...wrapped(field ? field.title : ''));
+  element('quantity').title = field ? field.name : '';
   element('unit').textContent = field ? field.unit : '';
   element('ticks').replaceChildren(...ticks().map(t => { const mark = make('span', { textContent: tickText(t) }); mark.style.setProperty('--at', 100 * (place(t) ?? 0) + '%'); return mark; }));
   // An arrow at each end that values go beyond: they have the colour of the end.
@@ -1489,7 +1508,7 @@ function showRange() {
     element(name).style.setProperty('--color', colorAt(end));
   }
   const further = Object.keys(beyond).filter(name => beyond[name]);
-  element('bar').setAttribute('aria-label', field ? `${field.name}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)} ${field.unit}`.trimEnd() + (further.length ? `; some values are ${further.join(' or ')}` : '') : '');
+  element('bar').setAttribute('aria-label', field ? `${field.title}: colours from ${digits(state.low, 4)} to ${digits(state.high, 4)} ${field.unit}`.trimEnd() + (further.length ? `; some values are ${further.join(' or ')}` : '') : '');
   showSwatches();
   showHistogram();
 }
@@ -1608,7 +1627,7 @@ async function savePicture() {
     let y = 64 * scale;
     for (const { color, text } of shown) { pen.fillStyle = color; pen.fillRect(left, y - 7 * scale, 18 * scale, Math.min(14 * scale, step)); pen.fillStyle = ink; pen.fillText(text, left + 25 * scale, y, aside - 40 * scale); y += step; }
     for (const note of notes) { pen.fillText(note, left, y, aside - 16 * scale); y += step; }
-    pen.fillText(fieldOf(state.color).name, left, 32 * scale, aside - 16 * scale);
+    pen.fillText(fieldOf(state.color).title, left, 32 * scale, aside - 16 * scale);
   } else if (isLegend) {
     const top = 64 * scale, tall = Math.min(320 * scale, height - 100 * scale), left = width + 8 * scale, wide = 18 * scale;
     for (let row = 0; row < tall; row++) { pen.fillStyle = colorAt(1 - row / tall); pen.fillRect(left, top + row, wide, 1); }
@@ -1620,8 +1639,8 @@ async function savePicture() {
     pen.fillStyle = ink;
     for (const t of ticks()) { const y = top + tall * (1 - (place(t) ?? 0)); pen.fillRect(left + wide, y, 4 * scale, scale); pen.fillText(tickText(t), left + wide + 7 * scale, y); }
     // A long name is made narrower, never cut.
-    const { name, unit } = fieldOf(state.color);
-    pen.fillText(name, left, top - 40 * scale, aside - 16 * scale);
+    const { title, unit } = fieldOf(state.color);
+    pen.fillText(title, left, top - 40 * scale, aside - 16 * scale);
     pen.fillText(unit, left, top - 22 * scale, aside - 16 * scale);
   }
   if (meshes.length > 1) for (const cell of cells(width, height)) pen.fillText(cell.mesh.source.name, cell.clip[0] + 12 * scale, height - cell.y - cell.height + 18 * scale);
