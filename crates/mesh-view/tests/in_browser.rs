@@ -987,6 +987,12 @@ fn labels_have_colours_of_their_own() {
     shown.fields.push(Field::labels("zone", On::Vertices, zones));
     let many = (0..mesh.topology().face_count()).map(|f| (f / 40) as f64 - 3.0).collect();
     shown.fields.push(Field::labels("many", On::Faces, many));
+    // Forty strips side by side: neighbours are twenty labels apart, which is the number of colours.
+    let strip = |f: usize| ((f / 103 % 2) * 20 + f / 206) as f64;
+    let strips = (0..mesh.topology().face_count()).map(strip).collect();
+    shown.fields.push(Field::labels("strip", On::Faces, strips));
+    let thirds = mesh.positions().iter().map(|p| (p.x / 3.0).round() + 0.5).collect();
+    shown.fields.push(Field::new("thirds", On::Vertices, thirds));
     for value in [1e15, 0.5] {
         assert!(!Field::labels("id", On::Vertices, vec![value]).is_label, "{value}");
     }
@@ -1020,6 +1026,20 @@ fn labels_have_colours_of_their_own() {
         name.contains("many: a colour for each label: -3, -2") && name.contains("83 more"),
         "{name}"
     );
+    // Colours repeat, but not between neighbours.
+    browser.set("color", "face:strip");
+    assert!(text(&mut browser, "swatches").ends_with("39colours repeat"));
+    let clashes = "(() => { const colors = [...document.querySelectorAll('#swatches span')].map(s => s.style.getPropertyValue('--color')); \
+                   const { corners, fields } = curvmesh.meshes[0], { values } = fields.get('face:strip'), seen = new Map(); let near = 0, clashes = 0; \
+                   for (let h = 0; h < corners.length; h++) { const ends = [corners[h], corners[h % 3 === 2 ? h - 2 : h + 1]].sort().join(), a = values[Math.floor(h / 3)], b = seen.get(ends); \
+                   if (b !== undefined && a !== b) { near++; if (colors[a] === colors[b]) clashes++; } seen.set(ends, a); } return [near > 100, clashes]; })()";
+    assert_eq!(browser.eval(clashes), serde_json::json!([true, 0]));
+    // Fractions are no labels.
+    browser.set("color", "vertex:thirds");
+    let offered = "[...document.querySelectorAll('#map option')].map(o => o.value).includes('labels')";
+    assert!(browser.eval(offered) == false);
+    browser.set("color", "face:many");
+    assert!(browser.eval(offered) == true);
     // Another map shows amounts.
     browser.set("map", "viridis");
     assert!(!is_hidden(&mut browser, "scale") && is_hidden(&mut browser, "swatches"));

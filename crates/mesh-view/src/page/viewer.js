@@ -420,9 +420,33 @@ function labelsOf(key) {
   const list = values.slice(0, n), colors = LABELS.colors.length / 3;
   // Numbers that all have a colour of their own keep it, whatever else there is.
   const byNumber = list.every(x => Number.isInteger(x) && x >= 0 && x < colors);
-  const found = { list, colors: Array.from(list.subarray(0, colors), (x, i) => byNumber ? x : i), byNumber };
+  const found = { list, colors: byNumber ? Uint8Array.from(list) : Uint8Array.from(list, (_, i) => i % colors) };
+  if (list.length > colors) keepApart(key, found, colors);
   labelLists.set(key, found);
   return found;
+}
+// Neighbours get different colours where those repeat: each label the next one that no neighbour before it has.
+function keepApart(key, { list, colors }, count) {
+  const neighbours = Array.from(list, () => new Set());
+  for (const mesh of meshes) {
+    const field = mesh.fields.get(key);
+    if (!field) continue;
+    const places = Int32Array.from(field.values, (_, i) => placeOf(list, labelOf(field, i))), { ends, sides, edges } = edgesOf(mesh);
+    const of = field.on === 'vertex' ? ends : sides, at = i => i < 0 ? -1 : places[i];
+    for (let e = 0; e < edges; e++) {
+      const a = at(of[2 * e]), b = at(of[2 * e + 1]);
+      if (a >= 0 && b >= 0 && a !== b) neighbours[Math.max(a, b)].add(Math.min(a, b));
+    }
+  }
+  neighbours.forEach((others, i) => {
+    const taken = new Set([...others].map(other => colors[other]));
+    for (let tries = 0; taken.has(colors[i]) && tries < count; tries++) colors[i] = (colors[i] + 1) % count;
+  });
+}
+// Whether the colours of labels suit values: whole numbers, few of them unless they are labels.
+function areLabels(key) {
+  const count = LABELS.colors.length / 3, isWhole = field => field.values.every(x => !Number.isFinite(x) || Number.isInteger(x));
+  return fieldOf(key).label || (meshes.every(m => !m.fields.has(key) || isWhole(m.fields.get(key))) && labelsOf(key).list.length <= count);
 }
 // The place of a label in the list, or -1.
 function placeOf(list, x) {
@@ -435,7 +459,7 @@ function labelColors(mesh, key) {
   const field = mesh.fields.get(key), { list, colors } = labelsOf(key), { only } = state;
   return Float32Array.from(field.values, (_, i) => {
     const at = placeOf(list, labelOf(field, i));
-    return only !== null && list[at] !== only ? -2 : at < 0 ? -1 : colors[at % colors.length];
+    return only !== null && list[at] !== only ? -2 : at < 0 ? -1 : colors[at];
   });
 }
 // The vertices and faces of a mesh that are drawn; all, unless one label is alone.
@@ -450,17 +474,17 @@ function drawn(mesh) {
 }
 const showsLabels = () => isField(state.color) && currentMap().name === 'labels';
 const isAlone = () => state.only !== null && showsLabels();
-const labelColor = (key, at) => { const { colors } = labelsOf(key), i = 3 * colors[at % colors.length]; return `rgb(${LABELS.colors[i]} ${LABELS.colors[i + 1]} ${LABELS.colors[i + 2]})`; };
+const labelColor = (key, at) => { const i = 3 * labelsOf(key).colors[at]; return `rgb(${LABELS.colors[i]} ${LABELS.colors[i + 1]} ${LABELS.colors[i + 2]})`; };
 const labelText = x => Number.isInteger(x) ? String(x) : digits(x);
 // What the legend tells: so many labels, or the one that is alone, and what is not among them.
 function legendOf(key, most) {
-  const { list, colors } = labelsOf(key), notes = [];
+  const { list } = labelsOf(key), notes = [];
   const shown = Array.from(list.subarray(0, most), (value, i) => ({ value, color: labelColor(key, i), text: labelText(value) }));
   // One that is alone is told, however many are before it.
   const at = isAlone() ? placeOf(list, state.only) : -1;
   if (at >= most) shown[most - 1] = { value: list[at], color: labelColor(key, at), text: labelText(list[at]) };
   if (list.length > most) notes.push(`and ${grouped(list.length - most)} more`);
-  if (list.length > colors.length) notes.push('colours repeat');
+  if (list.length > LABELS.colors.length / 3) notes.push('colours repeat');
   return { shown, notes };
 }
 
@@ -1282,8 +1306,7 @@ function buildControls() {
   view.push(address);
 
   [lineOf, controls.color] = select('Colour by', COLORS, state.color, setColor, 'color'); colors.push(lineOf);
-  const mapNames = [['auto', 'Default'], ...maps.map(m => [m.name, m.name])];
-  [lineOf, controls.map] = select('Colours', mapNames, 'auto', x => { state.map = x; if (state.only !== null) setOnly(null); showRange(); redraw(); }, 'map');
+  [lineOf, controls.map] = select('Colours', [], 'auto', x => { state.map = x; if (state.only !== null) setOnly(null); showRange(); redraw(); }, 'map');
   const mapLine = lineOf;
   controls.scaleOnly = [];
   [lineOf, controls.range] = select('Range', [['auto', '2nd to 98th percentile'], ['five', '5th to 95th percentile'], ['full', 'All values'], ['given', 'Custom']], 'auto', x => { state.range = x; setRange(); }, 'range');
@@ -1404,12 +1427,19 @@ function setColor(key) {
     state.symmetric = field.signed; state.log = false; state.range = 'auto';
     if (field.range) { state.range = 'given'; [state.low, state.high] = field.range; }
     controls.symmetric.checked = state.symmetric; controls.log.checked = false;
+    showMaps();
     setRange();
   }
   showFieldControls();
   element('bar').hidden = !isField(key);
   if (state.picked) showPicked(state.picked);
   redraw();
+}
+// The maps that suit the values; the chosen one stays if it does.
+function showMaps() {
+  const names = ['auto', ...maps.filter(m => m !== LABELS || areLabels(state.color)).map(m => m.name)];
+  if (!names.includes(state.map)) state.map = 'auto';
+  controls.map.replaceChildren(...names.map(name => make('option', { value: name, textContent: name === 'auto' ? 'Default' : name, selected: name === state.map })));
 }
 function showFieldControls() {
   for (const line of controls.fieldOnly) line.hidden = !isField(state.color);
