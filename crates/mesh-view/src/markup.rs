@@ -35,6 +35,8 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
 <div id="stage">
 <canvas id="canvas" tabindex="0" role="application" aria-roledescription="view of meshes" aria-label="The meshes. Arrow keys turn them, plus and minus come nearer and go farther, X reads the middle. All keys are listed under Keys." aria-describedby="live"></canvas>
 <div id="names" aria-hidden="true"></div>
+<div id="border" aria-hidden="true" hidden></div>
+<button id="leave" type="button" hidden>Leave full screen</button>
 <div id="cross" hidden></div>
 <p id="loading" hidden>Loading pictures</p>
 <svg id="axes" viewBox="-36 -36 72 72" aria-hidden="true"></svg>

@@ -514,6 +514,17 @@ fn the_keyboard_reaches_everything() {
         browser.press(key);
         assert_ne!(browser.eval(&format!("curvmesh.state.{state}")), before, "{key}");
     }
+    // What a key has changed is told.
+    let told = "document.getElementById('live').textContent";
+    let edges = if browser.eval("curvmesh.state.edges") == true { "off" } else { "on" };
+    browser.press("e");
+    assert_eq!(browser.text(told), format!("Edges: {edges}"));
+    for (key, id, label) in [("a", "layout", "Arrange"), ("c", "color", "Colour by")] {
+        browser.press(key);
+        let chosen = format!("document.getElementById('{id}').selectedOptions[0].textContent");
+        let wanted = format!("{label}: {}", browser.text(&chosen));
+        assert_eq!(browser.text(told), wanted);
+    }
     let theme = browser.text("document.documentElement.dataset.theme");
     browser.press("d");
     assert_ne!(browser.text("document.documentElement.dataset.theme"), theme);
@@ -1076,6 +1087,9 @@ fn pointing_moves_nothing_and_hints_fold() {
     browser.call("Runtime.evaluate", full);
     browser.wait_for("document.fullscreenElement?.tagName === 'MAIN'");
     browser.wait_for("document.getElementById('stage').clientHeight === innerHeight");
+    browser.wait_for("document.getElementById('leave').checkVisibility()");
+    browser.eval("document.getElementById('leave').click(); 1");
+    browser.wait_for("!document.fullscreenElement && document.getElementById('leave').hidden");
 }
 
 /// Presses and releases the button at a place of the window.
@@ -1132,6 +1146,59 @@ fn the_axes_turn_with_the_camera() {
     browser.wait_for("location.hash.includes('axes=0')");
 }
 
+/// The border of a wipe is dragged in the picture.
+#[test]
+fn the_border_is_dragged() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mut page = Page::new("Border", vec![exhibit("one"), exhibit("two"), exhibit("three")]);
+    page.layout = Layout::Wipe;
+    let (_folder, path) = file(&page);
+    browser.open_view(&path);
+    let place = "(() => { const r = document.getElementById('border').getBoundingClientRect(); return [r.x + r.width / 2, 300]; })()";
+    let from: [f64; 2] = serde_json::from_value(browser.eval(place)).unwrap();
+    let camera = browser.text("JSON.stringify(curvmesh.state.turn)");
+    browser.drag(from, [from[0] - 100.0, 300.0]);
+    let to: [f64; 2] = serde_json::from_value(browser.eval(place)).unwrap();
+    assert!((from[0] - 100.0 - to[0]).abs() < 2.0, "{from:?} {to:?}");
+    // At the end of the picture, the same two meshes stay.
+    browser.drag(to, [0.0, 300.0]);
+    assert!((0.9..1.0).contains(&browser.number("curvmesh.state.wipe")));
+    assert_eq!(browser.text("JSON.stringify(curvmesh.state.turn)"), camera);
+    browser.set("layout", "side");
+    assert!(browser.eval("document.getElementById('border').hidden") == true);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+/// Two taps bring a point to the middle, as a double click does.
+#[test]
+fn double_taps_centre() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("Taps", vec![exhibit("torus")]));
+    browser.open_view(&path);
+    let find = "(() => { const r = canvas.getBoundingClientRect(); \
+                for (let x = 200; x < 700; x += 7) { const hit = curvmesh.point(x + 7, 300); if (curvmesh.point(x, 300) && hit) return [x + 7 + r.x, 300 + r.y, hit.world]; } })()";
+    let found = browser.eval(find);
+    let now = browser.number("Date.now() / 1000");
+    for (time, is_down) in [(0.0, true), (0.05, false), (0.2, true), (0.25, false)] {
+        let (kind, points) = match is_down {
+            true => ("touchStart", serde_json::json!([{ "x": found[0], "y": found[1] }])),
+            false => ("touchEnd", serde_json::json!([])),
+        };
+        browser.call(
+            "Input.dispatchTouchEvent",
+            serde_json::json!({ "type": kind, "touchPoints": points, "timestamp": now + time }),
+        );
+    }
+    browser.settle();
+    let middle = browser
+        .eval("curvmesh.point(canvas.clientWidth / 2, canvas.clientHeight / 2).world");
+    for i in 0..3 {
+        let [wanted, seen] = [&found[2], &middle].map(|place| place[i].as_f64().unwrap());
+        assert!((wanted - seen).abs() < 0.05, "{found} {middle}");
+    }
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 /// Nothing starts by itself for people who asked their system for less motion.
 #[test]
 fn reduced_motion_is_respected() {
@@ -1150,6 +1217,19 @@ fn reduced_motion_is_respected() {
     }
     browser.press("b");
     assert_eq!(browser.number("curvmesh.state.shown"), 1.0);
+    // A link starts nothing, and a wish that comes later stops what moves.
+    let is_moving = "curvmesh.state.blink || document.getElementById('blink').checked";
+    browser.eval("location.hash = '#blink=1&shown=1'; 1");
+    browser.settle();
+    assert_eq!(browser.eval(is_moving), false);
+    for (wish, moves) in [("no-preference", true), ("reduce", false)] {
+        let features = serde_json::json!([{ "name": "prefers-reduced-motion", "value": wish }]);
+        browser.call("Emulation.setEmulatedMedia", serde_json::json!({ "features": features }));
+        if moves {
+            browser.set("blink", "on");
+        }
+        browser.wait_for(&format!("({is_moving}) === {moves}"));
+    }
 }
 
 /// WCAG 2.1: contrast of text at least 4.5 to 1, of control borders and focus at least 3 to 1.

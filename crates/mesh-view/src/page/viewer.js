@@ -272,10 +272,11 @@ for (const key of fieldNames) {
 }
 
 const most = Math.max(...meshes.map(m => m.faces));
+const lessMotion = matchMedia('(prefers-reduced-motion: reduce)');
 const state = {
   layout: page.layout, color: 'plain', map: 'auto', range: 'auto', low: 0, high: 1, symmetric: false, log: false,
   smooth: page.start.smooth ?? most > 20000, edges: page.start.edges ?? (most <= 20000 && meshes.every(m => m.source.materials === null)), perspective: true, together: alike, backs: true, axes: true,
-  overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: !matchMedia('(prefers-reduced-motion: reduce)').matches, shown: 0,
+  overlays: new Set(page.start.overlays), sharp: 30, length: 0.8, wipe: 0.5, one: 0, blink: !lessMotion.matches, shown: 0,
   theme: 'auto', up: page.start.up, turn: [0, 0, 0, 1], target: [0, 0, 0], half: 1, picked: null, pinned: false,
   only: null, measuring: false, ends: [], cut: 'none', cutAt: 0, cutOther: false,
 };
@@ -830,6 +831,11 @@ function setCamera(p, mesh, aspect) {
   return { turned, scale, away, offset, half, aspect };
 }
 
+// The number of the mesh on the left of the border, and the place of the border in this width.
+function border(width) {
+  const first = Math.min(Math.floor(state.wipe), wholes.length - 2);
+  return { first, cut: Math.round((1 - (state.wipe - first)) * width) };
+}
 // Which mesh is where, in pixels of the canvas from its lower left.
 function cells(width, height) {
   const whole = { x: 0, y: 0, width, height };
@@ -837,7 +843,7 @@ function cells(width, height) {
   const n = wholes.length;
   if (state.layout === 'one') return [clipped(meshes[state.one], 0, width)];
   if (n > 1 && state.layout === 'wipe') {
-    const first = Math.min(Math.floor(state.wipe), n - 2), cut = Math.round((1 - (state.wipe - first)) * width);
+    const { first, cut } = border(width);
     return [clipped(wholes[first], 0, cut), clipped(wholes[first + 1], cut, width - cut)].filter(c => c.clip[1] > 0);
   }
   if (n > 1 && state.layout !== 'side') {
@@ -1038,6 +1044,7 @@ function redraw() {
     fitCanvas();
     draw(canvas.width, canvas.height, ratio());
     showNames();
+    showBorder();
     showAxes();
     showLevel();
     showLength();
@@ -1276,7 +1283,7 @@ function buildControls() {
     const [line, input] = select('Arrange', layouts, state.layout, setLayout, 'layout');
     const [wipeLine, wipe] = slider('Move the border', [0, wholes.length - 1, 0.01], state.wipe, setWipe, 'wipe');
     const [oneLine, one] = select('Show', meshes.map((m, i) => [String(i), m.source.name]), String(state.one), x => setOne(Number(x)), 'one');
-    const [blinkLine, blink] = checkbox('Autoplay (B shows the next)', state.blink, x => { state.blink = x; }, 'blink');
+    const [blinkLine, blink] = checkbox('Autoplay (B shows the next)', state.blink, setBlink, 'blink');
     const level = make('p', { id: 'level', className: 'note' });
     const [levelLine, levels] = slider('Level', [0, meshes.length - 1, 1], state.one, setOne, 'levels');
     const hasLevels = meshes.some(m => m.source.coverage !== null);
@@ -1294,7 +1301,7 @@ function buildControls() {
   [lineOf, controls.axes] = checkbox('Axes', state.axes, x => { state.axes = x; redraw(); }, 'show-axes'); view.push(lineOf);
   [lineOf, controls.theme] = select('Brightness', [['auto', 'System'], ['light', 'Light'], ['dark', 'Dark']], 'auto', x => { state.theme = x; showTheme(); }, 'theme'); view.push(lineOf);
   [lineOf, controls.up] = select('Up', ['x', 'y', 'z', '-x', '-y', '-z'].map(axis => [axis, axis.replace('-', '\u2212')]), state.up, x => { state.up = x; resetCamera(); redraw(); }, 'up'); view.push(lineOf);
-  const full = button('Full screen', () => document.fullscreenElement ? document.exitFullscreen() : document.querySelector('main').requestFullscreen().catch(() => { live.textContent = 'The browser allows no full screen here'; }), 'full');
+  const full = button('Full screen', () => document.querySelector('main').requestFullscreen().catch(() => { live.textContent = 'The browser allows no full screen here'; }), 'full');
   full.className = 'broad';
   full.hidden = !document.fullscreenEnabled;
   const sides = make('div', { className: 'buttons', role: 'group', 'aria-label': 'Look from' }, ...SIDES.map(([name, q], i) => button(name, () => { state.turn = normalized(upright(q)); redraw(); }, '', 'Key ' + (i + 1))));
@@ -1624,6 +1631,12 @@ function showLevel() {
   element('level').textContent = `The mesh fills ${Math.round(100 * share)} % of the height (${Math.round(share * canvas.clientHeight)} pixels). Its diagonal would fill ${Math.round(100 * coverage())} %, which asks for: ${level.source.name}. Zoom to see the change.`;
 }
 
+function showBorder() {
+  const line = element('border');
+  line.hidden = state.layout !== 'wipe';
+  line.style.left = border(canvas.clientWidth).cut + 'px';
+}
+
 // Counts of each mesh.
 function showFacts() {
   const box = element('counts'), listed = state.layout === 'one' && meshes[state.one].source.part ? [meshes[state.one]] : wholes;
@@ -1708,13 +1721,14 @@ viewer.save = savePicture;
 
 const fingers = new Map();
 const local = event => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
-let moved = 0, waiting = null, anchor = null;
+let moved = 0, waiting = null, anchor = null, isTouch = false;
 canvas.addEventListener('pointerdown', event => {
   canvas.setPointerCapture(event.pointerId);
   // Who turns the mesh has found the way.
   element('hints').open = false;
   fingers.set(event.pointerId, { at: local(event), button: event.button, pan: event.shiftKey || event.ctrlKey || event.button > 0 });
   moved = 0;
+  isTouch = event.pointerType === 'touch';
 });
 canvas.addEventListener('pointermove', event => {
   const finger = fingers.get(event.pointerId), at = local(event);
@@ -1745,10 +1759,21 @@ let waitingAt = [0, 0];
 const lift = event => {
   const finger = fingers.get(event.pointerId);
   fingers.delete(event.pointerId);
-  if (finger && event.type === 'pointerup' && moved < 6) read(...finger.at);
+  if (!finger || event.type !== 'pointerup' || moved >= 6) return;
+  read(...finger.at);
+  if (isTouch) countTaps(event);
 };
 canvas.addEventListener('pointerup', lift);
 canvas.addEventListener('pointercancel', lift);
+// The border stays between the same two meshes while it is dragged.
+let pair = 0;
+element('border').addEventListener('pointerdown', event => {
+  event.target.setPointerCapture(event.pointerId);
+  pair = border(1).first;
+});
+element('border').addEventListener('pointermove', event => {
+  if (event.target.hasPointerCapture(event.pointerId)) setWipe(pair + Math.min(Math.max(1 - local(event)[0] / canvas.clientWidth, 0), 0.999));
+});
 canvas.addEventListener('contextmenu', event => event.preventDefault());
 canvas.addEventListener('wheel', event => {
   event.preventDefault();
@@ -1756,13 +1781,21 @@ canvas.addEventListener('wheel', event => {
   anchor ??= anchorAt(...local(event));
   zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY * (event.deltaMode ? 30 : 1))) * 0.0022), anchor);
 }, { passive: false });
-canvas.addEventListener('dblclick', event => {
-  const hit = pick(...local(event));
+function centre(x, y) {
+  const hit = pick(x, y);
   if (!hit) return;
   state.target = inScene(hit.mesh, hit.world);
   anchor = null;
   redraw();
-});
+}
+// Not all browsers tell of double taps, so that those are found here.
+let tap = { time: -Infinity, at: [0, 0] };
+function countTaps(event) {
+  const at = local(event), isSecond = event.timeStamp - tap.time < 500 && Math.hypot(at[0] - tap.at[0], at[1] - tap.at[1]) < 30;
+  tap = { time: isSecond ? -Infinity : event.timeStamp, at };
+  if (isSecond) centre(...at);
+}
+canvas.addEventListener('dblclick', event => { if (!isTouch) centre(...local(event)); });
 
 // Shows only the label in the middle of the picture, or all.
 function isolate() {
@@ -1771,17 +1804,25 @@ function isolate() {
   const value = field ? labelOf(field, field.on === 'vertex' ? hit.vertex : hit.face) : NaN;
   if (Number.isFinite(value)) setOnly(value + 0); else live.textContent = 'No label here';
 }
-const flip = name => controls[name].click();
+function flip(name) {
+  controls[name].click();
+  live.textContent = `${controls[name].labels[0].textContent.replace(/ \(.\)$/, '')}: ${state[name] ? 'on' : 'off'}`;
+}
+const sayChoice = name => { live.textContent = `${controls[name].labels[0].textContent}: ${controls[name].selectedOptions[0].textContent}`; };
 const next = (list, value) => list[(list.indexOf(value) + 1) % list.length];
 function nextMesh() {
   if (meshes.length < 2) return;
   if (state.layout === 'one') setOne((state.one + 1) % meshes.length);
   else {
-    if (state.layout !== 'blink') { state.blink = controls.blink.checked = false; setLayout('blink'); }
+    if (state.layout !== 'blink') { setBlink(false); setLayout('blink'); }
     state.shown = (state.shown + 1) % wholes.length;
     redraw();
   }
   live.textContent = (state.layout === 'one' ? meshes[state.one] : wholes[state.shown]).source.name;
+}
+function setBlink(on) {
+  state.blink = on;
+  if (controls.blink) controls.blink.checked = on;
 }
 function setWipe(place) {
   state.wipe = Math.min(Math.max(place, 0), wholes.length - 1);
@@ -1798,8 +1839,8 @@ const ACTIONS = {
   '0': () => { resetCamera(); redraw(); }, Home: () => { resetCamera(); redraw(); },
   x: () => { element('cross').hidden = false; read(canvas.clientWidth / 2, canvas.clientHeight / 2); },
   m: () => setMeasuring(!state.measuring), Escape: () => { if (state.measuring) setMeasuring(false); else if (state.pinned) letGo(); else if (isAlone()) setOnly(null); },
-  c: () => setColor(next(COLORS.map(([key]) => key), state.color)), f: () => { fit(!isAlone()); redraw(); }, i: isolate, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
-  a: () => { if (controls.layout) setLayout(next(optionsOf('layout'), state.layout)); },
+  c: () => { setColor(next(optionsOf('color')(), state.color)); sayChoice('color'); }, f: () => { fit(!isAlone()); redraw(); }, i: isolate, g: () => flip('smooth'), e: () => flip('edges'), o: () => flip('perspective'),
+  a: () => { if (controls.layout) { setLayout(next(optionsOf('layout')(), state.layout)); sayChoice('layout'); } },
   b: nextMesh, '[': () => moveBorder(-0.05), ']': () => moveBorder(0.05),
   d: () => { state.theme = themeNow() === 'dark' ? 'light' : 'dark'; showTheme(); }, s: savePicture,
 };
@@ -1832,7 +1873,7 @@ const vector = (name, count, made = x => x) => ({
 const optionsOf = name => () => controls[name] ? [...controls[name].options].map(o => o.value) : [state[name]];
 // What a link holds, in the order in which it is set. Texts from links are checked like any input.
 const LINKED = {
-  layout: choice('layout', optionsOf('layout')), wipe: amount('wipe', 0, wholes.length - 1), blink: flag('blink'), together: flag('together'),
+  layout: choice('layout', optionsOf('layout')), wipe: amount('wipe', 0, wholes.length - 1), blink: { ...flag('blink'), set: text => setBlink(text === '1' && !lessMotion.matches) }, together: flag('together'),
   level: { get: () => String(state.one), set: text => { if (/^[0-9]+$/.test(text) && Number(text) < meshes.length) state.one = Number(text); } },
   smooth: flag('smooth'), edges: flag('edges'), backs: flag('backs'), perspective: flag('perspective'), axes: flag('axes'),
   theme: choice('theme', optionsOf('theme')), up: choice('up', optionsOf('up')),
@@ -1910,9 +1951,13 @@ async function copyLink() {
 }
 addEventListener('hashchange', () => { if (location.hash !== written) readLink(); });
 
+element('leave').addEventListener('click', () => document.exitFullscreen());
+document.addEventListener('fullscreenchange', () => { element('leave').hidden = !document.fullscreenElement; });
+
 canvas.addEventListener('webglcontextlost', event => event.preventDefault());
 canvas.addEventListener('webglcontextrestored', () => { start(); redraw(); });
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', showTheme);
+lessMotion.addEventListener('change', () => { if (lessMotion.matches) setBlink(false); });
 new ResizeObserver(() => { if (isHome()) resetCamera(); redraw(); }).observe(canvas);
 setInterval(() => { if (state.layout === 'blink' && state.blink && wholes.length > 1 && !document.hidden) { state.shown = (state.shown + 1) % wholes.length; redraw(); } }, 700);
 
