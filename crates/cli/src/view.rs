@@ -11,6 +11,7 @@ use mesh_io::{Format, Model, PictureError, Pictures};
 use mesh_metric::{Surface, SurfaceError, face_distances};
 use mesh_view::{Directions, Exhibit, Field, GENERATOR, On, Page, Section, Up, ViewError};
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use crate::args::parse_page;
 use crate::console::Console;
@@ -52,11 +53,24 @@ impl Look {
     ) -> Result<(), Failure> {
         let Some(path) = &self.view else { return Ok(()) };
         let signed = console.signed(report)?;
-        let document = serde_json::from_str(&signed).map_err(Failure::json)?;
-        page.report.insert(0, Section::of_json("Report", &document));
+        let [results, settings] = sections(serde_json::from_str(&signed).map_err(Failure::json)?);
+        page.report.insert(0, results);
+        page.report.push(settings);
         page.start.up = usual_up(report.input(), &page.exhibits);
         write_page(path, &page, console)
     }
+}
+
+/// The parts of a report that say how a result was made.
+const SETTINGS: [&str; 8] =
+    ["tool", "version", "command", "input", "output", "preset", "settings", "options"];
+
+/// The results in a report, and all settings, which are folded.
+fn sections(report: Map<String, Value>) -> [Section; 2] {
+    let (settings, results): (Map<_, _>, Map<_, _>) =
+        report.into_iter().partition(|(name, _)| SETTINGS.contains(&name.as_str()));
+    let settings = Section::of_json("All settings", &Value::Object(settings));
+    [Section::of_json("Report", &Value::Object(results)), Section { folded: true, ..settings }]
 }
 
 /// Whether a file is a page made by this program.

@@ -109,6 +109,11 @@ fn every_command_has_its_page() {
     browser.open_view(&page("simplify.html"));
     assert_eq!(text(&mut browser, "#quantity"), "distance");
     assert!(text(&mut browser, "#facts").contains("faces out"), "the report");
+    let parts = "[...document.querySelectorAll('#facts > details')].map(d => [d.open, d.textContent.includes('seed')])";
+    assert_eq!(
+        browser.eval(parts),
+        serde_json::json!([[true, false], [false, true], [false, false]])
+    );
     browser.open_view(&page("lod.html"));
     assert!(text(&mut browser, "#layout").contains("By size on the screen"));
     assert!(text(&mut browser, "#facts").contains("Levels"));
@@ -141,6 +146,7 @@ fn every_command_has_its_page() {
     browser.open_view(&page("compare.html"));
     assert_eq!(text(&mut browser, "#quantity"), "largest distance in face");
     assert_eq!(text(&mut browser, "#unit"), "% of the diagonal");
+    assert_eq!(browser.number("document.querySelectorAll('#facts .wide tr').length"), 2.0);
     browser.open_view(&page("distance.html"));
     assert_eq!(text(&mut browser, "#unit"), "model units");
     assert!(text(&mut browser, "#controls").contains("Largest distance"));

@@ -141,8 +141,8 @@ impl Section {
         Self { title: title.into(), rows, ..Self::default() }
     }
 
-    /// A JSON document as names and values. Nested names follow the outer ones. Lists of objects of the same shape are
-    /// replaced by their length.
+    /// A JSON document as names and values. Nested names follow the outer ones. Of lists of objects, those that tell what
+    /// they are about have a row: their count and the reason.
     #[must_use]
     pub fn of_json(title: &str, document: &Value) -> Self {
         let mut rows = Vec::new();
@@ -160,8 +160,8 @@ fn flatten(name: &str, value: &Value, rows: &mut Vec<(String, String)>) {
                 flatten(&inner, part, rows);
             }
         }
-        Value::Array(parts) if parts.iter().any(|p| p.is_object() || p.is_array()) => {
-            rows.push((plain, format!("{} entries", parts.len())));
+        Value::Array(parts) if parts.iter().all(|p| p.is_object() || p.is_array()) => {
+            rows.extend(parts.iter().filter_map(|part| about(&plain, part)));
         }
         Value::Array(parts) => {
             let shown = parts.iter().take(12).map(short).collect::<Vec<_>>().join(", ");
@@ -171,6 +171,13 @@ fn flatten(name: &str, value: &Value, rows: &mut Vec<(String, String)>) {
         Value::Null => {}
         other => rows.push((plain, short(other))),
     }
+}
+
+/// A repair or a loss, by its name.
+fn about(list: &str, entry: &Value) -> Option<(String, String)> {
+    let what = entry["what"].as_str()?;
+    let told = [&entry["count"], &entry["why"]].into_iter().filter(|value| !value.is_null());
+    Some((format!("{list}, {what}"), told.map(short).collect::<Vec<_>>().join(": ")))
 }
 
 fn short(value: &Value) -> String {
@@ -613,6 +620,24 @@ mod tests {
             let html = page.to_html_until(&stops).unwrap();
             assert_eq!(html, (calls == 3).then(|| page.to_html().unwrap()), "{calls}");
         }
+    }
+
+    #[test]
+    fn lists_are_told_by_name() {
+        let document = json!({
+            "lost": [{ "file": "a.ply", "what": "materials", "count": 4, "why": "no place" }],
+            "repairs": [{ "what": "merged vertices", "count": 2 }],
+            "levels": [{ "faces": 7 }],
+            "none": [],
+            "range": [1, 2.5],
+        });
+        let row = |name: &str, value: &str| (name.to_owned(), value.to_owned());
+        let rows = [
+            row("lost, materials", "4: no place"),
+            row("range", "1, 2.5"),
+            row("repairs, merged vertices", "2"),
+        ];
+        assert_eq!(Section::of_json("Report", &document).rows, rows);
     }
 
     /// A search for a free number from the start each time would take a hundred thousand times as long.

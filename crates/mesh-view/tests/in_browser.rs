@@ -1047,7 +1047,8 @@ fn labels_have_colours_of_their_own() {
     assert_eq!(browser.eval(clashes), serde_json::json!([true, 0]));
     // Fractions are no labels.
     browser.set("color", "vertex:thirds");
-    let offered = "[...document.querySelectorAll('#map option')].map(o => o.value).includes('labels')";
+    let offered =
+        "[...document.querySelectorAll('#map option')].map(o => o.value).includes('labels')";
     assert!(browser.eval(offered) == false);
     browser.set("color", "face:many");
     assert!(browser.eval(offered) == true);
@@ -1140,7 +1141,10 @@ fn the_axes_turn_with_the_camera() {
     browser.press("1");
     assert_eq!(browser.eval(ends), serde_json::json!({ "x": [22, 0], "y": [0, -22], "z": [0, 0] }));
     browser.press("4");
-    assert_eq!(browser.eval(ends), serde_json::json!({ "x": [0, 0], "y": [0, -22], "z": [-22, 0] }));
+    assert_eq!(
+        browser.eval(ends),
+        serde_json::json!({ "x": [0, 0], "y": [0, -22], "z": [-22, 0] })
+    );
     browser.set("show-axes", "off");
     assert!(browser.eval("document.getElementById('axes').checkVisibility()") == false);
     browser.wait_for("location.hash.includes('axes=0')");
@@ -1190,8 +1194,8 @@ fn double_taps_centre() {
         );
     }
     browser.settle();
-    let middle = browser
-        .eval("curvmesh.point(canvas.clientWidth / 2, canvas.clientHeight / 2).world");
+    let middle =
+        browser.eval("curvmesh.point(canvas.clientWidth / 2, canvas.clientHeight / 2).world");
     for i in 0..3 {
         let [wanted, seen] = [&found[2], &middle].map(|place| place[i].as_f64().unwrap());
         assert!((wanted - seen).abs() < 0.05, "{found} {middle}");

@@ -6,7 +6,7 @@ use mesh_io::Model;
 use mesh_metric::{
     CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds, normal_deviation,
 };
-use mesh_view::Page;
+use mesh_view::{Page, Section};
 use serde::Serialize;
 
 use crate::args::{is_standard, parse_count};
@@ -117,7 +117,8 @@ pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failu
     let counts = original.counts();
     let report = Report::new(console, reference, counts, results, seconds);
     if look.is_wanted() {
-        look.write(page(options, &original, &versions)?, &report, console)?;
+        let page = page(options, &original, &versions, &report.results)?;
+        look.write(page, &report, console)?;
     }
     report.done(console, table(&original, &report.results), String::new())?.print(console)?;
     Ok(Outcome::Done)
@@ -162,6 +163,7 @@ fn page(
     options: &Compare,
     original: &Version<'_>,
     others: &[Version<'_>],
+    found: &Results,
 ) -> Result<Page, Failure> {
     let mut exhibits = Vec::new();
     let diagonal = original.surface.bounding_box().diagonal();
@@ -191,10 +193,19 @@ fn page(
     page.start.color = Some("face:largest distance in face".into());
     page.start.map = options.colors.colormap;
     page.start.range = options.colors.given_range();
+    let mut rows = rows(found).into_iter();
+    page.report.push(Section {
+        title: "Distances".into(),
+        text: "Distances are in % of the diagonal of the first file.".into(),
+        header: rows.next().unwrap_or_default(),
+        lines: rows.collect(),
+        ..Section::default()
+    });
     Ok(page)
 }
 
-fn table(original: &Version<'_>, found: &Results) -> String {
+/// The heads of the table, and a row for each file.
+fn rows(found: &Results) -> Vec<Vec<String>> {
     let percent = |distance: f64| {
         let share = 100.0 * distance / found.bbox_diagonal.max(f64::MIN_POSITIVE);
         format!("{share:.4}")
@@ -211,6 +222,11 @@ fn table(original: &Version<'_>, found: &Results) -> String {
         cells.extend(row.proved_max.map(percent));
         rows.push(cells);
     }
+    rows
+}
+
+fn table(original: &Version<'_>, found: &Results) -> String {
+    let rows = rows(found);
     let widths: Vec<usize> = (0..rows[0].len())
         .map(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0))
         .collect();
