@@ -228,7 +228,10 @@ fn levels_change_with_the_size_on_the_screen() {
     browser.set("edges", "off");
     for size in [LARGE, [500, 800]] {
         browser.resize(size);
-        browser.settle();
+        browser.wait_for(&format!("innerWidth === {}", size[0]));
+        for _ in 0..3 {
+            browser.settle();
+        }
         let text = browser.text("document.getElementById('level').textContent");
         let pixels = text.split('(').nth(1).unwrap().split(' ').next().unwrap();
         let pixels: f64 = pixels.parse().unwrap();

@@ -70,7 +70,7 @@ const NAMES = {
 };
 const titleOf = name => Object.hasOwn(NAMES, name) ? NAMES[name] : name;
 // A name that may break after its words.
-const wrapped = name => name.split(/(?<=_)/).flatMap((part, i) => i ? [document.createElement('wbr'), part] : [part]);
+const wrapped = name => (name.match(/[^_]*_|[^_]+$/g) ?? []).flatMap((part, i) => i ? [document.createElement('wbr'), part] : [part]);
 const LENGTH = 'model units';
 // A number with its unit, as in a sentence: "3 per model unit".
 const withUnit = (text, unit) => `${text} ${unit.replace(/^1 \/ /, 'per ')}`.trimEnd();
