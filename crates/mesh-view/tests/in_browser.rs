@@ -146,6 +146,13 @@ fn a_page_opens_turns_and_tells_values() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// Presses and releases the button at a place of the window.
+fn click(browser: &mut Browser, place: [f64; 2]) {
+    browser.mouse("mousePressed", place, true);
+    browser.mouse("mouseReleased", place, false);
+    browser.settle();
+}
+
 fn index(value: &Value) -> usize {
     value.as_u64().unwrap() as usize
 }
@@ -735,11 +742,6 @@ fn distances_are_measured_and_planes_cut() {
     let at = |x: f64, y: f64| {
         [middle[2] + middle[0] + x * middle[4], middle[3] + middle[1] - y * middle[4]]
     };
-    let click = |browser: &mut Browser, place: [f64; 2]| {
-        browser.mouse("mousePressed", place, true);
-        browser.mouse("mouseReleased", place, false);
-        browser.settle();
-    };
     browser.press("m");
     assert_eq!(
         browser.text("document.getElementById('measure').getAttribute('aria-pressed')"),
@@ -887,14 +889,12 @@ fn a_label_is_isolated_by_the_legend() {
     let named = |browser: &mut Browser| {
         browser.text("document.getElementById('bar').getAttribute('aria-label')")
     };
-    let click = |browser: &mut Browser, row: usize| {
+    let press = |browser: &mut Browser, row: usize| {
         let place = format!(
             "(() => {{ const r = document.querySelectorAll('#swatches button')[{row}].getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; }})()"
         );
         let at: [f64; 2] = serde_json::from_value(browser.eval(&place)).unwrap();
-        browser.mouse("mousePressed", at, true);
-        browser.mouse("mouseReleased", at, false);
-        browser.settle();
+        click(browser, at);
     };
     let role = "document.getElementById('bar').getAttribute('role')";
     assert_eq!(browser.text(role), "group", "buttons are no part of a picture");
@@ -912,7 +912,7 @@ fn a_label_is_isolated_by_the_legend() {
         let all = hues(&mut browser);
         assert!(all[0] > 20_000.0 && all[1] > 20_000.0, "{field}: {all:?}");
         for row in [0, 1] {
-            click(&mut browser, row);
+            press(&mut browser, row);
             let one = hues(&mut browser);
             assert!(one[row] > 20_000.0 && one[1 - row] < 50.0, "{field}: {one:?}");
             assert_eq!(pressed(&mut browser), ["true,false", "false,true"][row]);
@@ -922,7 +922,7 @@ fn a_label_is_isolated_by_the_legend() {
             );
             // What is hidden is not under the pointer, unless something was behind it.
             assert!(is_hit(&mut browser, places[row]), "{field}");
-            click(&mut browser, row);
+            press(&mut browser, row);
             assert!(is_same(hues(&mut browser), all), "{field}");
             assert_eq!(pressed(&mut browser), "false,false");
         }
@@ -942,7 +942,7 @@ fn a_label_is_isolated_by_the_legend() {
     browser.set("sharp", "1");
     browser.eval("document.querySelector('[data-overlay=\"Sharp edges\"]').click(); 1");
     browser.settle();
-    click(&mut browser, 0);
+    press(&mut browser, 0);
     assert_eq!(browser.number("curvmesh.state.only"), 0.0);
     let count = "[...curvmesh.meshes[0].overlays.values()].map(line => line.count).join()";
     let counts = browser.text(count);
@@ -983,7 +983,7 @@ fn a_label_is_isolated_by_the_legend() {
     browser.press("Escape");
     assert_eq!(browser.eval("curvmesh.state.only"), Value::Null);
     // Other colours show all.
-    click(&mut browser, 1);
+    press(&mut browser, 1);
     browser.set("map", "viridis");
     assert_eq!(browser.eval("curvmesh.state.only"), Value::Null);
     assert_eq!(browser.text(role), "img");
@@ -1094,13 +1094,6 @@ fn pointing_moves_nothing_and_hints_fold() {
     browser.wait_for("document.getElementById('leave').checkVisibility()");
     browser.eval("document.getElementById('leave').click(); 1");
     browser.wait_for("!document.fullscreenElement && document.getElementById('leave').hidden");
-}
-
-/// Presses and releases the button at a place of the window.
-fn click(browser: &mut Browser, place: [f64; 2]) {
-    browser.mouse("mousePressed", place, true);
-    browser.mouse("mouseReleased", place, false);
-    browser.settle();
 }
 
 /// Values stay where they were clicked until Escape or the next click.
