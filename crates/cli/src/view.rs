@@ -222,8 +222,13 @@ pub(crate) fn set_units(fields: &mut [Field]) {
 /// The unit of a quantity that this program computes and writes.
 fn unit_of(property: &str) -> Option<&'static str> {
     match property {
-        "mean_curvature" | "k1" | "k2" | "curvedness" | "abs_mean_curvature"
-        | "abs_dihedral_curvature" | "abs_principal_sum" => Some("1 / model unit"),
+        "mean_curvature"
+        | "k1"
+        | "k2"
+        | "curvedness"
+        | "abs_mean_curvature"
+        | "abs_dihedral_curvature"
+        | "abs_principal_sum" => Some("1 / model unit"),
         "gaussian_curvature" => Some("1 / model unit\u{b2}"),
         _ => None,
     }
