@@ -457,3 +457,69 @@ def test_what_only_looks_like_a_mesh() -> None:
     assert found.corners.tolist() == [0, 1, 2, 0, 1, 2, 3, 1, 4, 2]
     with pytest.raises(cm.ArrayError, match="no mesh"):
         cm.as_mesh(7)
+
+
+def faceted() -> cm.Mesh:
+    """A torus whose faces have normals of their own, so that files of glTF hold all vertices several times."""
+    mesh = cm.shapes.torus(24, 12)
+    p = mesh.vertices[mesh.faces]
+    normals = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    mesh.corner_data["normals"] = np.repeat(normals / np.linalg.norm(normals, axis=1)[:, None], 3, axis=0)
+    return mesh
+
+
+def assert_like_the_file(scene: Any, path: Path) -> None:
+    ours, theirs = cm.info(path), cm.info(scene)
+    assert (theirs.closed, theirs.components, theirs.vertices) == (True, 1, ours.vertices)
+    assert cm.simplify(scene, ratio=0.25).mesh.face_count == cm.simplify(path, ratio=0.25).mesh.face_count < 150
+    assert cm.curvature(scene).totals["abs_mean"] == pytest.approx(cm.curvature(path).totals["abs_mean"])
+
+
+def test_scenes_join_like_single_meshes(tmp_path: Path) -> None:
+    path = tmp_path / "torus.glb"
+    faceted().save(path)
+    trimesh = pytest.importorskip("trimesh")
+    assert_like_the_file(trimesh.load(path), path)
+
+
+def test_blocks_join_like_single_meshes_also_inside_blocks(tmp_path: Path) -> None:
+    path = tmp_path / "torus.glb"
+    faceted().save(path)
+    pv = pytest.importorskip("pyvista")
+    assert_like_the_file(pv.MultiBlock({"a": pv.MultiBlock({"b": faceted().to_pyvista()})}), path)
+    assert_like_the_file(pv.read(path), path)
+    tree = pv.MultiBlock({"a": pv.MultiBlock({"b": pv.Sphere(), "none": pv.PolyData()}), "c": pv.Cube()})
+    mesh = cm.as_mesh(tree)
+    assert mesh.groups == [("a/b", ""), ("c", "")] and "'a/none' was left out" in mesh.notes[-1]
+    own = pv.MultiBlock({"one": cm.examples.bracket().to_pyvista(), "two": cm.examples.bracket().to_pyvista()})
+    assert cm.as_mesh(own).groups == [(part, name) for part in ("one", "two") for name in ("plate", "ring")]
+
+
+def test_scenes_without_meshes_are_refused_in_words() -> None:
+    pv, trimesh = pytest.importorskip("pyvista"), pytest.importorskip("trimesh")
+    for empty in (pv.MultiBlock(), pv.MultiBlock({"a": pv.PolyData()}), trimesh.Scene()):
+        with pytest.raises(cm.ArrayError, match="has no"):
+            cm.as_mesh(empty)
+
+
+def test_parts_without_a_column() -> None:
+    pv, trimesh = pytest.importorskip("pyvista"), pytest.importorskip("trimesh")
+    blocks = pv.MultiBlock({"a": pv.Sphere(), "b": pv.Sphere()})
+    count = blocks["a"].n_points
+    small, ids = np.arange(count), np.arange(count) + 2**60
+    blocks["a"].point_data.update({"id": ids, "small": small, "both": ids.astype(np.uint64)})
+    blocks["b"].point_data["both"] = ids
+    mesh = cm.as_mesh(blocks)
+    np.testing.assert_array_equal(mesh.vertex_data["id"], np.append(ids, np.full(count, -1)))
+    np.testing.assert_array_equal(mesh.vertex_data["small"], np.append(small, np.full(count, np.nan)))
+    np.testing.assert_array_equal(mesh.vertex_data["both"], np.append(ids, ids))
+    assert len(mesh.notes) == 1 and "'id' is -1 in parts without it" in mesh.notes[0]
+    scene, red = trimesh.Scene(), trimesh.creation.box()
+    red.visual.face_colors = [255, 0, 0, 255]
+    scene.add_geometry(red, node_name="red")
+    scene.add_geometry(trimesh.creation.box(), node_name="plain")
+    scene.add_geometry(trimesh.load_path([[0, 0, 0], [1, 1, 1]]), node_name="path")
+    mesh = cm.as_mesh(scene)
+    assert np.isnan(mesh.face_data["colors"][12:]).all()
+    assert ["'plain' without colours" in mesh.notes[0], "'path' was left out" in mesh.notes[1]] == [True, True]
+    assert (np.asarray(mesh.to_vtk().GetCellData().GetArray("colors"))[12:] == 255).all()

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 #: Up to this number, every integer is exact in float64.
-_EXACT = 2**53
+EXACT = 2**53
 
 
 def _refused(what: str, cure: str) -> ArrayError:
@@ -48,7 +48,7 @@ def coordinates(vertices: Any) -> NDArray[Any]:
     kind = np.float32 if array.dtype == np.float32 else np.float64
     if array.dtype.kind in "iu" and array.dtype.itemsize == 8 and array.size:
         largest = max(abs(int(array.min())), abs(int(array.max())))
-        if largest > _EXACT:
+        if largest > EXACT:
             raise _refused(
                 f"vertices have {largest}: whole numbers above 2**53 are no exact coordinates",
                 "move them closer to the origin: vertices - vertices[0]",

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..._errors import ArrayError
-from ..arrays import polygons
+from ..arrays import EXACT, polygons
 from ..mesh import Data, Mesh
 
 if TYPE_CHECKING:
@@ -108,7 +108,8 @@ def in_bytes(colors: NDArray[Any]) -> NDArray[Any]:
     """Colours from 0 to 255."""
     import numpy as np
 
-    found: NDArray[Any] = np.round(255 * np.clip(np.nan_to_num(colors), 0, 1)).astype(np.uint8)
+    # Unknown colours are white, as in files.
+    found: NDArray[Any] = np.round(255 * np.clip(np.nan_to_num(colors, nan=1), 0, 1)).astype(np.uint8)
     return found
 
 
@@ -245,11 +246,15 @@ def merged(meshes: Sequence[Mesh], names: Sequence[str]) -> Mesh:
             False,
         )
     )
+    notes = [text for mesh in meshes for text in mesh.notes]
     _merge_lists(whole, meshes, names)
     for on in ("vertex_data", "corner_data", "face_data"):
-        _merge_data(whole, meshes, on)
-    whole = whole.joined(any(mesh.joins for mesh in meshes))
-    return noted(whole, dict.fromkeys(note for mesh in meshes for note in mesh.notes))
+        _merge_data(whole, meshes, names, on, notes)
+    joins = [mesh.joins for mesh in meshes]
+    if True in joins and False in joins:
+        notes.append("vertices at equal positions count as one, also in parts where they did not")
+    whole = whole.joined(True if True in joins else False if set(joins) == {False} else None)
+    return noted(whole, dict.fromkeys(notes))
 
 
 def _merge_lists(whole: Mesh, meshes: Sequence[Mesh], names: Sequence[str]) -> None:
@@ -266,7 +271,7 @@ def _merge_lists(whole: Mesh, meshes: Sequence[Mesh], names: Sequence[str]) -> N
             groups.append((name, ""))
         else:
             of_groups.append(np.where(own < 0, -1, own + len(groups)))
-            groups += mesh.groups
+            groups += [(one or name, other) for one, other in mesh.groups]
         used = mesh.face_data.get("materials")
         none = np.full(mesh.face_count, -1)
         of_materials.append(none if used is None else np.where(used < 0, -1, used + len(materials)))
@@ -280,19 +285,45 @@ def _merge_lists(whole: Mesh, meshes: Sequence[Mesh], names: Sequence[str]) -> N
         whole.face_data["materials"] = np.concatenate(of_materials)
 
 
-def _merge_data(whole: Mesh, meshes: Sequence[Mesh], on: str) -> None:
+def _merge_data(whole: Mesh, meshes: Sequence[Mesh], names: Sequence[str], on: str, notes: list[str]) -> None:
+    counts = {"vertex_data": "vertex_count", "face_data": "face_count"}
+    size = [getattr(mesh, counts[on]) if on in counts else len(mesh.corners) for mesh in meshes]
+    parts = [getattr(mesh, on) for mesh in meshes]
+    found = {}
+    for name in dict.fromkeys(name for part in parts for name in part if name not in ("groups", "materials")):
+        rows = [part[name] if name in part else None for part in parts]
+        found[name] = _in_one(name, rows, size, notes)
+        if name == "colors" and None in [None if row is None else 0 for row in rows]:
+            without = ", ".join(repr(part) for part, row in zip(names, rows) if row is None)
+            notes.append(f"{without} without colours: they are unknown there (NaN), and white in files")
+    getattr(whole, on).update(found)
+
+
+def _in_one(name: str, rows: Sequence[Any], size: Sequence[int], notes: list[str]) -> Any:
+    """The rows of all parts. Parts without are NaN, or another number if NaN would change whole numbers."""
     import numpy as np
 
-    counts = {"vertex_data": "vertex_count", "face_data": "face_count"}
-    parts = [getattr(mesh, on) for mesh in meshes]
-    names = dict.fromkeys(name for part in parts for name in part if name not in ("groups", "materials"))
-    found = {}
-    for name in names:
-        one = next(part[name] for part in parts if name in part)
-        size = [getattr(mesh, counts[on]) if on in counts else len(mesh.corners) for mesh in meshes]
-        rows = [
-            part[name] if name in part else np.full((count, *one.shape[1:]), np.nan)
-            for part, count in zip(parts, size)
-        ]
-        found[name] = np.concatenate(rows)
-    getattr(whole, on).update(found)
+    there = [row for row in rows if row is not None]
+    kind = np.result_type(*there)
+    is_whole = all(row.dtype.kind in "iu" for row in there)
+    low = min((int(row.min()) for row in there if is_whole and row.size), default=0)
+    high = max((int(row.max()) for row in there if is_whole and row.size), default=0)
+    if is_whole and kind.kind == "f":
+        # Signed and unsigned numbers of 64 bits have no common type; their values often do.
+        kind = np.dtype(np.uint64 if low >= 0 else np.int64 if high < 2**63 else np.float64)
+    unknown: Any = np.nan
+    if len(there) < len(rows):
+        if not is_whole or max(-low, high) <= EXACT:
+            kind = kind if kind.kind == "f" else np.dtype(np.float64)
+        elif kind.kind != "f":
+            ends = np.iinfo(kind)
+            unknown = -1 if kind.kind == "i" and low >= 0 else ends.min if low > ends.min else ends.max
+            notes.append(f"{name!r} is {unknown} in parts without it: NaN would change whole numbers above 2**53")
+    if kind.kind == "f" and any(row.dtype.kind in "iu" and row.size and _exceeds(row) for row in there):
+        notes.append(f"{name!r} has whole numbers above 2**53 beside other numbers, and lost digits")
+    empty = [np.full((count, *there[0].shape[1:]), unknown, kind) for count in size]
+    return np.concatenate([none if row is None else row.astype(kind) for row, none in zip(rows, empty)])
+
+
+def _exceeds(values: NDArray[Any]) -> bool:
+    return max(-int(values.min()), int(values.max())) > EXACT

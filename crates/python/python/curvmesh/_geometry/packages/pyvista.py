@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from ..._errors import ArrayError
 from ..arrays import polygons
 from ..mesh import Mesh
 from .parts import EXTRAS, extras, merged, noted, put, separate, taken, with_extras
@@ -18,13 +20,23 @@ _OF_FILTERS = ("vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType")
 
 def of_blocks(source: Any, check: bool) -> Mesh:
     """A ``pyvista.MultiBlock``: each block a group."""
-    meshes, names = [], []
+    notes: list[str] = []
+    leaves = list(_leaves(source, "", check, notes))
+    if not leaves:
+        raise ArrayError(f"the {type(source).__name__} has no cells")
+    return noted(merged([mesh for _, mesh in leaves], [name for name, _ in leaves]), notes)
+
+
+def _leaves(source: Any, path: str, check: bool, notes: list[str]) -> Iterator[tuple[str, Mesh]]:
+    """The names and meshes of all blocks, also of blocks inside blocks."""
     for number, (name, block) in enumerate(zip(source.keys(), source)):
-        if block is not None and block.n_cells:
-            is_tree = hasattr(block, "n_blocks")
-            meshes.append(of_blocks(block, check) if is_tree else of_pyvista(block, check))
-            names.append(str(name or f"block {number}"))
-    return merged(meshes, names)
+        name = f"{path}{name or f'block {number}'}"
+        if hasattr(block, "n_blocks"):
+            yield from _leaves(block, f"{name}/", check, notes)
+        elif block is not None and block.n_cells:
+            yield name, of_pyvista(block, check)
+        elif block is not None:
+            notes.append(f"block {name!r} was left out: it has no cells")
 
 
 def of_pyvista(source: Any, check: bool) -> Mesh:

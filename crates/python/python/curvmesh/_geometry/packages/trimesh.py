@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..._errors import ArrayError
 from ..mesh import Mesh
 from .parts import (
     EXTRAS,
@@ -24,6 +25,7 @@ from .parts import (
 def of_scene(source: Any, check: bool) -> Mesh:
     """A ``trimesh.Scene``: the meshes of all nodes, each a group."""
     meshes, names = [], []
+    notes: list[str] = []
     for node in source.graph.nodes_geometry:
         transform, geometry = source.graph[node]
         part = source.geometry[geometry]
@@ -32,7 +34,11 @@ def of_scene(source: Any, check: bool) -> Mesh:
             part.apply_transform(transform)
             meshes.append(of_trimesh(part, check))
             names.append(str(node))
-    return merged(meshes, names)
+        else:
+            notes.append(f"{node!r} was left out: a {type(part).__name__} has no faces")
+    if not meshes:
+        raise ArrayError(f"the {type(source).__name__} has no meshes")
+    return noted(merged(meshes, names), notes)
 
 
 def of_trimesh(source: Any, check: bool) -> Mesh:
