@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
@@ -523,3 +524,179 @@ def test_parts_without_a_column() -> None:
     assert np.isnan(mesh.face_data["colors"][12:]).all()
     assert ["'plain' without colours" in mesh.notes[0], "'path' was left out" in mesh.notes[1]] == [True, True]
     assert (np.asarray(mesh.to_vtk().GetCellData().GetArray("colors"))[12:] == 255).all()
+
+
+def test_empty_textures_of_open3d_keep_their_numbers() -> None:
+    o3d = pytest.importorskip("open3d")
+    mesh = cm.examples.globe(2)
+    mesh.materials = [{"name": "plain"}, *mesh.materials]
+    mesh.face_data["materials"] = np.arange(mesh.face_count) % 2
+    with pytest.warns(UserWarning):
+        back = cm.as_mesh(mesh.to_open3d())
+    assert [material["image"] for material in back.materials] == [None, 0]
+    np.testing.assert_array_equal(back.face_data["materials"], mesh.face_data["materials"])
+    box = o3d.geometry.TriangleMesh.create_box()
+    box.triangle_material_ids = o3d.utility.IntVector([0, 1] * 6)
+    found = cm.as_mesh(box)
+    assert found.face_data["material_ids"].tolist() == [0, 1] * 6 and "no textures" in found.notes[0]
+
+
+@pytest.mark.parametrize("kind, scale", [("f4", 1), ("u2", 65535), ("u1", 255)])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_textures_of_open3d_of_every_type(kind: str, scale: int, channels: int) -> None:
+    o3d = pytest.importorskip("open3d")
+    image = pytest.importorskip("PIL.Image")
+    pixels = np.linspace(0, scale, 16 * channels).reshape(4, 4, channels).astype(kind)
+    box = o3d.geometry.TriangleMesh.create_box(create_uv_map=True)
+    box.textures = [o3d.geometry.Image(pixels)]
+    mesh = cm.as_mesh(box)
+    found = np.array(image.open(io.BytesIO(mesh.images[0]["data"])).convert("RGB"), int)
+    assert np.abs(found - 255 * (pixels.astype(float) / scale)).max() <= 0.501
+    assert ["8 bits" in note for note in mesh.notes] == [True] * (kind != "u1")
+
+
+def test_foreign_numbers_are_no_groups_and_materials(tmp_path: Path) -> None:
+    pv, trimesh, meshio = (pytest.importorskip(name) for name in ("pyvista", "trimesh", "meshio"))
+    ball, box = pv.Sphere(), trimesh.creation.box()
+    ids = np.arange(ball.n_cells) % 3 + 1
+    ball.cell_data.update({"materials": ids, "groups": ids})
+    box.face_attributes["materials"] = box.face_attributes["groups"] = ids[:12]
+    box.visual = trimesh.visual.TextureVisuals(uv=box.vertices[:, :2])
+    flat = meshio.Mesh(np.eye(3), [("triangle", [[0, 1, 2]])], cell_data={"groups": [[4]], "materials": [[4]]})
+    for source in (ball, box, flat):
+        mesh = cm.as_mesh(source)
+        assert mesh.groups == [] and "groups" not in mesh.face_data and len(mesh.notes) == 2
+        for name in ("groups_values", "materials_values"):
+            np.testing.assert_array_equal(mesh.face_data[name], ids[: mesh.face_count] if mesh.face_count > 1 else [4])
+    for kind in ("vtu", "vtk"):
+        everything().to_meshio().write(tmp_path / f"a.{kind}")
+        mesh = cm.as_mesh(meshio.read(tmp_path / f"a.{kind}"))
+        np.testing.assert_array_equal(mesh.face_data["groups_values"], everything().face_data["groups"])
+        assert "uvs" in mesh.corner_data and "mesh.groups" in mesh.notes[0]
+
+
+def test_what_trimesh_changed_is_seen() -> None:
+    trimesh, image = pytest.importorskip("trimesh"), pytest.importorskip("PIL.Image")
+    globe = cm.examples.globe(2)
+    globe.materials = [*globe.materials, {"name": "red", "base_color": (1, 0, 0, 1)}]
+    globe.face_data["materials"] = np.arange(globe.face_count) % 2
+    made = globe.to_trimesh()
+    assert cm.as_mesh(made.copy()).images == globe.images and cm.as_mesh(made).materials == globe.materials
+    red = image.new("RGB", (8, 8), (255, 0, 0))
+    made.visual = trimesh.visual.TextureVisuals(uv=made.visual.uv, image=red)
+    back = cm.as_mesh(made)
+    assert pixels(back) == red.tobytes() and len(back.materials) == 1 and not back.face_data["materials"].any()
+    ball = cm.shapes.sphere(2).to_trimesh()
+    assert len(ball.vertex_normals)
+    ball.vertices = ball.vertices * [1, 1, -3]
+    assert "normals" not in cm.as_mesh(ball).vertex_data
+    assert len(ball.vertex_normals)
+    np.testing.assert_allclose(cm.as_mesh(ball).vertex_data["normals"], ball.vertex_normals, atol=1e-6)
+
+
+def test_names_of_groups_are_those_of_the_whole_mesh() -> None:
+    """A mesh that another package joined from several has the names of one of them."""
+    trimesh, pv = pytest.importorskip("trimesh"), pytest.importorskip("pyvista")
+    one = cm.examples.bracket()
+    other = one.with_vertices(one.vertices + 20)
+    other.groups = [("", "p2"), ("", "r2")]
+    for both in (
+        trimesh.util.concatenate([one.to_trimesh(), other.to_trimesh()]),
+        pv.merge([one.to_pyvista(), other.to_pyvista()]),
+    ):
+        mesh = cm.as_mesh(both)
+        assert mesh.groups == [] and "'plate', 'ring'" in mesh.notes[0] or "'p2', 'r2'" in mesh.notes[0]
+        assert sorted(mesh.face_data["groups_values"]) == sorted(list(one.face_data["groups"]) * 2)
+    part = one.to_trimesh().submesh([[0, 1, 2]], append=True)
+    assert cm.as_mesh(part).groups == one.groups and cm.as_mesh(part).notes == []
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+@pytest.mark.parametrize("join", [True, False, None])
+def test_joins_go_through(package: str, join: bool | None) -> None:
+    """Two tetrahedra with a common vertex; with normals of corners all vertices are split."""
+    to, _ = converted(package)
+    p = np.vstack([np.zeros(3), np.eye(3), -np.eye(3)])
+    faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [0, 4, 5], [0, 6, 4], [0, 5, 6], [4, 6, 5]]
+    apart = [*faces[:4], *([7, *face[1:]] for face in faces[4:7]), faces[7]]
+    plain, twins = cm.Mesh(p, faces, join=join), cm.Mesh(np.vstack([p, p[:1]]), apart, join=join)
+    for mesh in (plain, twins):
+        back = cm.as_mesh(to(mesh))
+        told = any(f"joins={join}" in note for note in mesh.notes)
+        assert back.joins == join or told or package.startswith("open3d") and mesh is plain
+        assert told or cm.info(back).components == cm.info(mesh).components
+    if not package.startswith("open3d"):
+        plain.corner_data["normals"] = np.random.default_rng(1).random((24, 3))
+        back = cm.as_mesh(to(plain))
+        assert (back.vertex_count, cm.info(back).components) == (24, cm.info(plain).components)
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+@pytest.mark.filterwarnings("ignore:a mesh of:UserWarning")
+def test_names_that_other_packages_use_are_not_lost(package: str) -> None:
+    to, without = converted(package)
+    mesh = cm.shapes.sphere(2)
+    scalars = ["Normals", "Texture Coordinates", "TCoords", "positions", "indices", "vtkGhostType", "v"]
+    vectors = [f"{stem}_{axis}" for stem in ("rgb", "Colors", "Normals", "uvs", "positions", "v") for axis in "xyz"]
+    values = {name: np.arange(mesh.vertex_count) + k for k, name in enumerate([*scalars, *vectors])}
+    mesh.vertex_data.update({"normals": mesh.vertices, **values})
+    mesh.vertex_data.update({"mixed_x": values["v"] + 2**60, "mixed_y": values["v"] + 0.5})
+    mesh.corner_data["uvs"] = np.zeros((len(mesh.corners), 2))
+    back = cm.as_mesh(to(mesh))
+    if package == "open3d":
+        assert all(name in mesh.notes[-1] for name in scalars)
+        return
+    for name in mesh.vertex_data:
+        found = name if name in back.vertex_data else f"{name}_values"
+        assert found == name or any(repr(found) in note for note in mesh.notes)
+        np.testing.assert_allclose(back.vertex_data[found], mesh.vertex_data[name], atol=1e-6)
+        assert back.vertex_data[found].dtype == mesh.vertex_data[name].dtype or name == "normals"
+    np.testing.assert_array_equal(back.vertices, mesh.vertices)
+
+
+def test_masked_numbers_of_others_are_not_read_as_known() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    ball.vertex_attributes["q"] = np.ma.masked_array(np.arange(42.0), mask=np.arange(42) < 3)
+    mesh = cm.as_mesh(ball)
+    assert "q" not in mesh.vertex_data and "3 masked" in mesh.notes[0] and "fill" in mesh.notes[0]
+
+
+def test_what_is_left_out_of_other_meshes_is_in_the_notes() -> None:
+    pv, meshio = pytest.importorskip("pyvista"), pytest.importorskip("meshio")
+    ball = pv.Sphere().compute_normals(cell_normals=True, point_normals=False)
+    ball.field_data["about"] = [1, 2]
+    ball.cell_data["vtkGhostType"] = np.zeros(ball.n_cells, np.uint8)
+    notes = "; ".join(cm.as_mesh(ball).notes)
+    assert all(what in notes for what in ("'about'", "vtkGhostType", "normals of cells"))
+    rgb = {name: np.array([255, 0, k, 9], np.uint8) for k, name in enumerate(("red", "green", "blue"))}
+    flat = meshio.Mesh(
+        np.eye(4)[:, :3], [("triangle", [[0, 1, 2], [1, 2, 3]])], point_data=rgb,
+        cell_sets={"a": [[0, 1]], "b": [[1]]}, field_data={"f": np.array([1, 2])}, point_sets={"p": [0, 1]},
+    )  # fmt: skip
+    mesh = cm.as_mesh(flat)
+    assert list(mesh.vertex_data) == ["colors"] and mesh.vertex_data["colors"][0].tolist() == [1, 1, 1, 1]
+    notes = "; ".join(mesh.notes)
+    assert all(what in notes for what in ("overlap in 1 faces", "field data was left out: 'f'", "point sets"))
+
+
+def test_the_order_of_faces_and_vertices() -> None:
+    meshio = pytest.importorskip("meshio")
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0]]
+    mixed = cm.Mesh(square, [[0, 1, 2, 3], [1, 4, 2]])
+    assert isinstance(mixed.to_meshio(), meshio.Mesh) and "another order" in mixed.notes[0]
+    ball = cm.shapes.sphere(1)
+    mesh = cm.Mesh(np.vstack([[[9, 9, 9]], ball.vertices]), ball.faces + 1)
+    mesh.corner_data["uvs"] = np.zeros((len(mesh.corners), 2))
+    back = cm.as_mesh(mesh.to_meshio())
+    np.testing.assert_array_equal(back.vertices, mesh.vertices)
+    np.testing.assert_array_equal(back.faces, mesh.faces)
+
+
+def test_repairs_on_the_way_are_in_the_notes() -> None:
+    pytest.importorskip("trimesh")
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    twice = cm.Mesh(square, [[0, 1, 2, 3], [0, 1, 2, 3]])
+    with pytest.warns(cm.RepairWarning):
+        twice.to_trimesh()
+    assert "repaired" in twice.notes[0] and "duplicate" in twice.notes[0]

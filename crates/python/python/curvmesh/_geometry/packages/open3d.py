@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..mesh import Data, Mesh
-from .parts import given, image_of, noted, picture_of, put, taken, tell
+from .parts import given, has_twins, image_of, note, noted, owned, picture_of, put, taken, tell, triangles
 
 
 def of_open3d(source: Any, check: bool) -> Mesh:
@@ -21,14 +21,20 @@ def of_open3d(source: Any, check: bool) -> Mesh:
         found["normals"] = np.asarray(source.vertex_normals)
     put(mesh.vertex_data, found, notes)
     ids = np.asarray(source.triangle_material_ids)
-    images = [image_of(np.asarray(picture)) for picture in source.textures if not picture.is_empty()]
-    if None in images:
-        notes.append("textures were left out: they need Pillow")
-    elif images:
-        mesh.images = [image for image in images if image is not None]
-        mesh.materials = [{"name": f"texture {number}", "image": number} for number in range(len(images))]
-    if mesh.materials and len(ids) == mesh.face_count:
-        mesh.face_data["materials"] = np.where(ids < len(mesh.materials), ids, -1)
+    images: list[dict[str, Any]] = []
+    materials: list[dict[str, Any]] = []
+    for number, picture in enumerate(source.textures):
+        # An empty texture is that of a material without one, and keeps its number.
+        image = None if picture.is_empty() else image_of(np.asarray(picture), "", notes)
+        materials.append({"name": f"texture {number}", "image": None if image is None else len(images)})
+        images += [] if image is None else [image]
+    mesh.images, mesh.materials = images, materials
+    if len(ids) == mesh.face_count and materials:
+        mesh.face_data["materials"] = np.where(ids < len(materials), ids, -1)
+    elif len(ids) == mesh.face_count and ids.any():
+        found = {"material_ids": ids}
+        notes.append("ids of materials are the numbers 'material_ids': the mesh has no textures")
+        put(mesh.face_data, found, notes)
     if source.has_triangle_uvs():
         mesh.corner_data["uvs"] = np.asarray(source.triangle_uvs)
         mesh = mesh.joined()
@@ -47,13 +53,13 @@ def of_tensors(source: Any, check: bool) -> Mesh:
     notes: list[str] = []
     put(mesh.vertex_data, taken(arrays(source.vertex, "positions", "texture_uvs"), mesh.vertex_count, notes), notes)
     of_faces = taken(arrays(source.triangle, "indices", "texture_uvs"), mesh.face_count, notes)
-    of_faces.pop("normals", None)
+    if of_faces.pop("normals", None) is not None:
+        notes.append("normals of faces were left out: they follow from the positions")
+    owned(mesh, of_faces, None, notes)
     is_valid = source.has_valid_material()
     maps = source.material.texture_maps if is_valid else {}
     if is_valid:
-        picture = image_of(maps["albedo"].as_tensor().cpu().numpy()) if "albedo" in maps else None
-        if "albedo" in maps and picture is None:
-            notes.append("textures were left out: they need Pillow")
+        picture = image_of(maps["albedo"].as_tensor().cpu().numpy(), "", notes) if "albedo" in maps else None
         mesh.images = [picture] if picture is not None else []
         mesh.materials = [_material(source.material, has_image=picture is not None)]
         of_faces["materials"] = np.zeros(mesh.face_count, int)
@@ -92,11 +98,13 @@ def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
     import open3d
 
     source = mesh
-    if not mesh.is_triangular:
-        mesh = mesh.triangulated()
+    mesh = triangles(mesh, "Open3D")
+    # Texture coordinates make a mesh join when it is read back.
+    is_lost = source.joins not in (None, "uvs" in mesh.corner_data or None) and has_twins(source)
+    unsaid = [f"joins={source.joins}"] * is_lost
     if tensor:
-        made, lost = _tensors(mesh)
-        tell(source, "Open3D", lost)
+        made, lost = _tensors(source, mesh)
+        tell(source, "Open3D", lost + unsaid)
         return made
     vector = open3d.utility.Vector3dVector
     # Read-only arrays are not accepted.
@@ -127,11 +135,11 @@ def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
         made.textures = [image() if array is None else image(array) for array in rows]
         ids = np.maximum(mesh.face_data["materials"], 0).astype(np.int32)
         made.triangle_material_ids = open3d.utility.IntVector(ids)
-    tell(source, "Open3D", lost)
+    tell(source, "Open3D", lost + unsaid)
     return made
 
 
-def _tensors(mesh: Mesh) -> tuple[Any, list[str]]:
+def _tensors(source: Mesh, mesh: Mesh) -> tuple[Any, list[str]]:
     """The mesh, and the names of what it cannot store."""
     import numpy as np
     import open3d
@@ -149,6 +157,11 @@ def _tensors(mesh: Mesh) -> tuple[Any, list[str]]:
         of_faces["colors"] = mesh.face_data["colors"][:, :3]
     if "uvs" in mesh.corner_data:
         of_faces["texture_uvs"] = mesh.corner_data["uvs"].reshape(-1, 3, 2)
+    for columns in (of_points, of_faces):
+        for name in ("positions", "indices"):
+            if name in columns:
+                columns[f"{name}_values"] = columns.pop(name)
+                note(source, f"a mesh of Open3D has {name} of its own: the numbers {name!r} are '{name}_values' there")
     for name, values in of_points.items():
         made.vertex[name] = tensor(values.reshape(len(values), -1) if values.ndim == 1 else values)
     for name, values in of_faces.items():

@@ -21,6 +21,15 @@ _AXES = ("x", "y", "z")
 #: Names of colours and normals in other packages.
 _COLORS, _NORMALS = ("colors", "Colors", "RGB", "RGBA", "rgb", "rgba"), ("normals", "Normals")
 
+#: Names with a meaning in a mesh or in another package: numbers that have one of them never become a vector.
+_MEANT = (*_COLORS, *_NORMALS, "uvs", "Texture Coordinates", "TCoords", "positions", "indices", "texture_uvs")
+
+#: Names with a meaning in a mesh; numbers of other packages that have one of them get another name.
+_OWN = ("colors", "normals", "uvs", "groups", "materials")
+
+#: The end of the names of numbers whose own name has a meaning.
+_VALUES = "_values"
+
 #: The name under which groups, materials and images are stored in a mesh of a package that does not support
 #: them.
 EXTRAS = "curvmesh"
@@ -31,15 +40,30 @@ def noted(mesh: Mesh, notes: Iterable[str]) -> Mesh:
     return Mesh._of(mesh._data.with_notes([*mesh.notes, *notes]))
 
 
+def note(mesh: Mesh, text: str) -> None:
+    """Notes something on a mesh that is converted, once."""
+    if text not in mesh.notes:
+        mesh._data = mesh._data.with_notes([*mesh.notes, text])
+
+
 def tell(mesh: Mesh, package: str, lost: Iterable[str]) -> None:
     """Warns of data that a mesh of another package cannot store, and notes it on the mesh that is converted."""
     names = list(lost)
-    if not names:
-        return
-    text = f"a mesh of {package} has no place for {', '.join(names)}"
-    if text not in mesh.notes:
-        mesh._data = mesh._data.with_notes([*mesh.notes, text])
-    warnings.warn(text, stacklevel=3)
+    if names:
+        text = f"a mesh of {package} has no place for {', '.join(names)}"
+        note(mesh, text)
+        warnings.warn(text, stacklevel=3)
+
+
+def triangles(mesh: Mesh, package: str) -> Mesh:
+    """The triangles of a mesh; repairs that were made on the way are noted on it."""
+    if mesh.is_triangular:
+        return mesh
+    made = mesh.triangulated()
+    if mesh.repairs:
+        repairs = ", ".join(f"{what}: {count}" for what, count in mesh.repairs.items())
+        note(mesh, f"a mesh of {package} is of triangles, so polygons were cut and the mesh repaired: {repairs}")
+    return made
 
 
 def taken(data: Any, count: int, notes: list[str]) -> dict[str, NDArray[Any]]:
@@ -48,22 +72,58 @@ def taken(data: Any, count: int, notes: list[str]) -> dict[str, NDArray[Any]]:
 
     found: dict[str, NDArray[Any]] = {}
     for name in list(data.keys()) if hasattr(data, "keys") else []:
-        array = np.asarray(data[name])
+        # Masked entries are kept, so that they are refused as everywhere.
+        array = data[name] if np.ma.isMaskedArray(data[name]) else np.asarray(data[name])
         name = str(name)
         if len(array) != count or array.dtype.kind not in "fiub":
             notes.append(f"{name!r} was left out: {array.dtype} of shape {array.shape}")
-        elif name in _COLORS and array.ndim == 2 and array.shape[1] in (3, 4):
+            continue
+        if array.ndim == 2 and array.shape[1] == 1:
+            array = array[:, 0]
+        if name in _COLORS and array.ndim == 2 and array.shape[1] in (3, 4):
             found["colors"] = array
         elif name in _NORMALS and array.ndim == 2 and array.shape[1] == 3:
             found["normals"] = array
         elif array.ndim == 1:
-            found[name] = array
+            found[_free(name, data) if name in _OWN else name] = array
         else:
             rows = array.reshape(count, -1) if count else array.reshape(0, 1)
             width = rows.shape[1]
             ends = _AXES[:width] if 2 <= width <= 3 else [str(k) for k in range(width)]
-            found |= {name if width == 1 else f"{name}_{end}": rows[:, k] for k, end in enumerate(ends)}
+            found |= {f"{name}_{end}": rows[:, k] for k, end in enumerate(ends)}
     return found
+
+
+def _free(name: str, others: Iterable[str]) -> str:
+    """A name for numbers that is not in use."""
+    made = name + _VALUES
+    while made in others:
+        made += _VALUES
+    return made
+
+
+def owned(mesh: Mesh, of_faces: dict[str, NDArray[Any]], kept: Mapping[str, Any] | None, notes: list[str]) -> None:
+    """Makes indices of groups and materials from numbers, if the mesh was written by this package.
+
+    Numbers of others stay numbers. So do indices that belong to other groups: out of range, or in a mesh that has
+    more vertices than the one that was written, since it was joined from several.
+    """
+    for name in ("groups", "materials"):
+        values = of_faces.get(name + _VALUES)
+        if values is None:
+            continue
+        known: list[Any] = kept[name] if kept else []
+        is_whole = values.dtype.kind in "iu" or bool((values == values.round()).all())
+        if kept and is_whole and mesh.vertex_count <= kept["vertices"] and len(values) and -1 <= values.min():
+            if values.max() < len(known):
+                of_faces[name] = of_faces.pop(name + _VALUES)
+                continue
+        text = f"the numbers {name!r} are called {name + _VALUES!r}, since no list of {name} belongs to them"
+        if known:
+            names = [each["name"] if name == "materials" else "/".join(filter(None, each)) for each in known]
+            text += f", and the {name} {', '.join(map(repr, names))} were left out"
+            setattr(mesh, name, [])
+        notes.append(f"{text}; set mesh.{name} and mesh.face_data[{name!r}] if they are indices")
 
 
 def put(data: Data, columns: Mapping[str, Any], notes: list[str]) -> None:
@@ -79,14 +139,16 @@ def put(data: Data, columns: Mapping[str, Any], notes: list[str]) -> None:
 
 
 def given(data: Data) -> dict[str, NDArray[Any]]:
-    """Columns of a mesh for other packages: ``v_x, v_y, v_z`` become the vector ``v`` again."""
+    """Columns of a mesh for other packages: ``v_x, v_y, v_z`` of one type become the vector ``v`` again."""
     import numpy as np
 
     columns = {name: data[name] for name in data if data[name].ndim == 1}
     found: dict[str, NDArray[Any]] = {}
     for name in columns:
         stem, _, end = name.rpartition("_")
-        names = _components(stem, end, columns) if stem else []
+        names = _components(stem, end, columns) if stem and stem not in _MEANT and stem not in columns else []
+        if len({columns[part].dtype for part in names}) > 1:
+            names = []
         if not names:
             found[name] = columns[name].copy()
         elif name == names[0]:
@@ -116,7 +178,7 @@ def in_bytes(colors: NDArray[Any]) -> NDArray[Any]:
 def split(mesh: Mesh) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Vertices split so that each has one texture coordinate and one normal.
 
-    Returns for each new vertex its original vertex and corner, and the new corners.
+    Returns for each new vertex its original vertex and corner (-1 if no face uses it), and the new corners.
     """
     import numpy as np
 
@@ -127,23 +189,21 @@ def split(mesh: Mesh) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     keys = np.column_stack([corners, *(mesh.corner_data[name].astype(np.float64) for name in names)])
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     # In the order of the vertices, so that a mesh without seams keeps its numbering.
-    order = np.lexsort((first, corners[first]))
+    unused = np.setdiff1d(np.arange(mesh.vertex_count), corners)
+    sources = np.concatenate([corners[first], unused])
+    first = np.concatenate([first, np.full(len(unused), -1)])
+    order = np.lexsort((first, sources))
     place = np.empty(len(order), np.int64)
     place[order] = np.arange(len(order))
-    first = first[order]
-    made = place[np.asarray(inverse).ravel()]
-    if len(np.unique(corners)) < mesh.vertex_count:
-        unused = np.setdiff1d(np.arange(mesh.vertex_count), corners)
-        return np.concatenate([corners[first], unused]), first, made
-    return corners[first], first, made
+    return sources[order], first[order], place[np.asarray(inverse).ravel()]
 
 
-def of_vertices(values: NDArray[Any], first: NDArray[Any], count: int) -> NDArray[Any]:
+def of_vertices(values: NDArray[Any], first: NDArray[Any]) -> NDArray[Any]:
     """Values of corners for the vertices that :func:`split` made; NaN for unused vertices."""
     import numpy as np
 
-    found = np.full((count, values.shape[1]), np.nan, values.dtype)
-    found[: len(first)] = values[first]
+    found: NDArray[Any] = values[first]
+    found[first < 0] = np.nan
     return found
 
 
@@ -158,11 +218,19 @@ class Separate(NamedTuple):
     of_faces: dict[str, NDArray[Any]]
     normals: NDArray[Any] | None
     uvs: NDArray[Any] | None
+    #: What only this package can read, as a text: see :func:`extras`.
+    extras: str | None
 
 
-def separate(mesh: Mesh) -> Separate:
-    """The data with split vertices. Colours are bytes, ``"colors"`` of points and of faces."""
+def separate(source: Mesh, package: str, names: Sequence[str] = (), *, of: Mesh | None = None) -> Separate:
+    """The data with split vertices. Colours are bytes, ``"colors"`` of points and of faces.
+
+    `names` have a meaning in the package: numbers are renamed. `of` is the mesh itself if `source`, which gets the
+    notes, had to be triangulated.
+    """
     import numpy as np
+
+    mesh = source if of is None else of
 
     sources, first, corners = split(mesh)
     of_points = {name: values[sources] for name, values in given(mesh.vertex_data).items()}
@@ -173,45 +241,93 @@ def separate(mesh: Mesh) -> Separate:
         of_faces["colors"] = in_bytes(mesh.face_data["colors"])
     normals = uvs = None
     if "normals" in mesh.corner_data:
-        normals = of_vertices(mesh.corner_data["normals"], first, len(sources))
+        normals = of_vertices(mesh.corner_data["normals"], first)
     elif "normals" in mesh.vertex_data:
         normals = mesh.vertex_data["normals"][sources]
     if "uvs" in mesh.corner_data:
-        uvs = of_vertices(mesh.corner_data["uvs"], first, len(sources))
+        uvs = of_vertices(mesh.corner_data["uvs"], first)
+    for columns in (of_points, of_faces):
+        for name in names:
+            if name in columns:
+                other = _free(name, columns)
+                columns[other] = columns.pop(name)
+                note(source, f"the numbers {name!r} are {other!r} in a mesh of {package}, where that name is taken")
+    joins = mesh.joins
+    is_split = len(sources) > mesh.vertex_count
+    if is_split:
+        if not joins and has_twins(mesh):
+            note(source, f"in a mesh of {package} vertices at equal positions count as one, since some were split")
+        joins = True
     ends = mesh.face_ends.astype(np.int64)
-    return Separate(mesh.vertices[sources], corners, ends, of_points, of_faces, normals, uvs)
+    is_needed = mesh.groups or mesh.materials or mesh.images or mesh.joins is not None or uvs is not None or is_split
+    text = extras(mesh, len(sources), joins) if is_needed else None
+    return Separate(mesh.vertices[sources], corners, ends, of_points, of_faces, normals, uvs, text)
 
 
-def extras(mesh: Mesh) -> str:
-    """Groups, materials and images as a text."""
+def has_twins(mesh: Mesh) -> bool:
+    """Whether several vertices are at one position."""
+    import numpy as np
+
+    return len(np.unique(mesh.vertices, axis=0)) < mesh.vertex_count
+
+
+def extras(mesh: Mesh, vertices: int, joins: bool | None) -> str:
+    """Groups, materials, images, joins and the number of vertices as a text."""
     images = [
         {**image, "data": b64encode(image["data"]).decode()} if "data" in image else image
         for image in mesh.images
     ]
-    return json.dumps({"groups": mesh.groups, "materials": mesh.materials, "images": images})
+    lists = {"groups": mesh.groups, "materials": mesh.materials, "images": images}
+    return json.dumps({**lists, "joins": joins, "vertices": vertices})
 
 
-def with_extras(mesh: Mesh, text: str) -> None:
-    """Restores the groups, materials and images written by :func:`extras`."""
-    found = json.loads(text)
-    mesh.groups = [(one, other) for one, other in found["groups"]]
+def read_extras(text: Any) -> dict[str, Any] | None:
+    """What :func:`extras` wrote; ``None`` for a text of another origin."""
+    try:
+        found = json.loads(text)
+        return found if {"groups", "materials", "images", "joins", "vertices"} <= found.keys() else None
+    except (AttributeError, TypeError, ValueError):
+        return None
+
+
+def with_extras(mesh: Mesh, kept: Mapping[str, Any]) -> None:
+    """Restores the groups, materials, images and joins written by :func:`extras`."""
+    mesh.groups = [(one, other) for one, other in kept["groups"]]
     mesh.images = [
-        {**image, "data": b64decode(image["data"])} if "data" in image else image
-        for image in found["images"]
+        {**image, "data": b64decode(image["data"])} if "data" in image else image for image in kept["images"]
     ]
-    mesh.materials = found["materials"]
+    mesh.materials = kept["materials"]
+    if mesh.vertex_count <= kept["vertices"]:
+        mesh._data = mesh._data.with_joins(kept["joins"])
 
 
-def image_of(pixels: Any, name: str = "") -> dict[str, Any] | None:
-    """Pixels of an image, a picture of Pillow or an array; ``None`` without Pillow."""
+def rejoined(mesh: Mesh, kept: Mapping[str, Any] | None) -> Mesh:
+    """A mesh with texture coordinates for its vertices: they were split, unless this package wrote otherwise."""
+    return mesh.joined(kept["joins"] if kept and mesh.vertex_count <= kept["vertices"] else True)
+
+
+def image_of(pixels: Any, name: str, notes: list[str]) -> dict[str, Any] | None:
+    """Pixels of an image, a picture of Pillow or an array; ``None`` if it cannot be stored, which is noted."""
     import io
+
+    import numpy as np
 
     try:
         from PIL import Image
     except ImportError:
+        notes.append("textures were left out: they need Pillow (pip install pillow)")
         return None
-    picture = pixels if hasattr(pixels, "save") else Image.fromarray(pixels)
+    if not hasattr(pixels, "save"):
+        pixels = np.asarray(pixels)
+        if pixels.dtype != np.uint8:
+            scale = 1 / 257 if pixels.dtype == np.uint16 else 255
+            notes.append(f"a texture of {pixels.dtype} was rounded to 8 bits")
+            pixels = np.round(np.clip(np.nan_to_num(pixels * np.float64(scale)), 0, 255)).astype(np.uint8)
+        pixels = Image.fromarray(pixels[..., 0] if pixels.ndim == 3 and pixels.shape[2] == 1 else pixels)
+    elif pixels.mode not in ("1", "L", "LA", "P", "RGB", "RGBA", "I", "I;16"):
+        notes.append(f"a texture of mode {pixels.mode} was converted to RGB")
     written = io.BytesIO()
+    picture = pixels if pixels.mode in ("1", "L", "LA", "P", "RGB", "RGBA", "I", "I;16") else pixels.convert("RGB")
     picture.save(written, "PNG")
     return {"name": name, "media_type": "image/png", "data": written.getvalue()}
 

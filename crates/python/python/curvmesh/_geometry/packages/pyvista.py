@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING, Any
 from ..._errors import ArrayError
 from ..arrays import polygons
 from ..mesh import Mesh
-from .parts import EXTRAS, extras, merged, noted, put, separate, taken, with_extras
+from .parts import EXTRAS, merged, noted, owned, put, read_extras, rejoined, separate, taken, with_extras
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Data that VTK's filters add to the surface of a volume.
+#: Data that belongs to filters of VTK.
 _OF_FILTERS = ("vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType")
+
+#: Names that have a meaning in VTK.
+TAKEN = ("Normals", "Texture Coordinates", *_OF_FILTERS)
 
 
 def of_blocks(source: Any, check: bool) -> Mesh:
@@ -46,6 +49,10 @@ def of_pyvista(source: Any, check: bool) -> Mesh:
     notes: list[str] = []
     # The surface of a grid has separate corners for each cell.
     is_grid = not hasattr(source, "faces") and not hasattr(source, "celltypes")
+    for kind in ("point", "cell"):
+        data = getattr(source, f"{kind}_data", None) or {}
+        of_filters = [name for name in _OF_FILTERS if name in data]
+        notes += [f"{name!r} of {kind}s was left out: it belongs to filters of VTK" for name in of_filters]
     if not hasattr(source, "faces"):
         if source.n_cells and any(kind not in (3, 5, 6, 7, 8, 9) for kind in np.unique(_cell_types(source))):
             notes.append("cells that are no polygons were replaced by their surface")
@@ -57,22 +64,28 @@ def of_pyvista(source: Any, check: bool) -> Mesh:
     if lost:
         notes.append(f"{lost} points and lines were left out")
     mesh = Mesh._of(polygons(source.points, corners, ends, check))
-    of_points = taken(getattr(source, "point_data", None), mesh.vertex_count, notes)
-    of_cells = taken(getattr(source, "cell_data", None), getattr(source, "n_cells", len(cells)), notes)
     uvs = getattr(source, "active_texture_coordinates", None)
+    numbers = dict(getattr(source, "point_data", None) or {})
     if uvs is not None:
-        name = source.GetPointData().GetTCoords().GetName()
-        for end in ("_x", "_y"):
-            of_points.pop(f"{name}{end}", None)
+        numbers.pop(source.GetPointData().GetTCoords().GetName(), None)
+    of_points = taken(numbers, mesh.vertex_count, notes)
+    of_cells = taken(getattr(source, "cell_data", None), getattr(source, "n_cells", len(cells)), notes)
+    fields = getattr(source, "field_data", None) or {}
+    names = list(fields.keys())
+    kept = read_extras(str(np.asarray(fields[EXTRAS]).ravel()[0])) if EXTRAS in names else None
+    if uvs is not None:
         mesh.corner_data["uvs"] = np.asarray(uvs)[:, :2][mesh.corners]
-        mesh = mesh.joined()
-    fields = getattr(source, "field_data", None)
-    if fields is not None and EXTRAS in list(fields.keys()):
-        with_extras(mesh, str(np.asarray(fields[EXTRAS]).ravel()[0]))
+        mesh = rejoined(mesh, kept)
+    if kept:
+        with_extras(mesh, kept)
+    others = ", ".join(repr(name) for name in names if name != EXTRAS or not kept)
+    notes += [f"field data was left out: {others}"] * bool(others)
     for name in _OF_FILTERS:
         of_points.pop(name, None)
         of_cells.pop(name, None)
-    of_cells.pop("normals", None)
+    if of_cells.pop("normals", None) is not None:
+        notes.append("normals of cells were left out: they follow from the positions")
+    owned(mesh, of_cells, kept, notes)
     put(mesh.vertex_data, of_points, notes)
     put(mesh.face_data, {name: values[cells] for name, values in of_cells.items()}, notes)
     return noted(mesh.joined() if is_grid else mesh, notes)
@@ -134,7 +147,7 @@ def to_pyvista(mesh: Mesh) -> Any:
     import numpy as np
     import pyvista
 
-    parts = separate(mesh)
+    parts = separate(mesh, "PyVista", TAKEN)
     starts = np.concatenate([[0], parts.ends[:-1]]).astype(np.int64)
     padded = np.insert(parts.corners.astype(np.int64), starts, parts.ends - starts)
     made = pyvista.PolyData(parts.positions, faces=padded)
@@ -146,6 +159,6 @@ def to_pyvista(mesh: Mesh) -> Any:
         made.point_data["Normals"] = parts.normals
     if parts.uvs is not None:
         made.active_texture_coordinates = parts.uvs
-    if mesh.groups or mesh.materials or mesh.images:
-        made.field_data[EXTRAS] = [extras(mesh)]
+    if parts.extras:
+        made.field_data[EXTRAS] = [parts.extras]
     return made

@@ -8,16 +8,19 @@ from ..._errors import ArrayError
 from ..mesh import Mesh
 from .parts import (
     EXTRAS,
-    extras,
     image_of,
     in_bytes,
     merged,
     noted,
+    owned,
     picture_of,
     put,
+    read_extras,
+    rejoined,
     separate,
     taken,
     tell,
+    triangles,
     with_extras,
 )
 
@@ -48,7 +51,9 @@ def of_trimesh(source: Any, check: bool) -> Mesh:
     mesh, notes = Mesh(source.vertices, source.faces, check=check), list[str]()
     of_points = taken(getattr(source, "vertex_attributes", None), mesh.vertex_count, notes)
     of_faces = taken(getattr(source, "face_attributes", None), mesh.face_count, notes)
-    normals = getattr(getattr(source, "_cache", None), "cache", {}).get("vertex_normals")
+    # Normals that were given, or computed already; an access forgets them if the vertices have changed.
+    cache: Any = getattr(source, "_cache", None)
+    normals = cache["vertex_normals"] if hasattr(cache, "verify") else None
     if normals is not None and np.shape(normals) == (mesh.vertex_count, 3):
         of_points["normals"] = np.asarray(normals)
     look: Any = getattr(source, "visual", None)
@@ -57,17 +62,23 @@ def of_trimesh(source: Any, check: bool) -> Mesh:
         of_points["colors"] = np.asarray(look.vertex_colors)
     elif kind == "face":
         of_faces["colors"] = np.asarray(look.face_colors)
-    kept = (getattr(source, "metadata", None) or {}).get(EXTRAS)
+    kept = read_extras((getattr(source, "metadata", None) or {}).get(EXTRAS))
+    is_replaced = False
     if kept:
         with_extras(mesh, kept)
-    elif kind == "texture":
+        ids = of_faces.get("materials_values")
+        is_replaced = kind == "texture" and _seen(look) != _seen(_texture(mesh, None, ids))
+        if is_replaced:
+            of_faces.pop("materials_values", None)
+    if kind == "texture" and (is_replaced or not kept):
         _take_materials(mesh, look, of_faces, notes)
+    owned(mesh, of_faces, kept, notes)
     put(mesh.vertex_data, of_points, notes)
     put(mesh.face_data, of_faces, notes)
     uv = getattr(look, "uv", None) if kind == "texture" else None
     if uv is not None and len(uv) == mesh.vertex_count:
         mesh.corner_data["uvs"] = np.asarray(uv)[mesh.corners]
-        mesh = mesh.joined()
+        mesh = rejoined(mesh, kept)
     return noted(mesh, notes)
 
 
@@ -80,10 +91,8 @@ def _take_materials(mesh: Mesh, look: Any, of_faces: dict[str, Any], notes: list
     for material in several or [look.material]:
         found, picture, lost = _material(material)
         if picture is not None:
-            image = image_of(picture, found["name"])
-            if image is None:
-                notes.append("textures were left out: they need Pillow")
-            else:
+            image = image_of(picture, found["name"], notes)
+            if image is not None:
                 found["image"] = len(images)
                 images.append(image)
         notes += [f"{what} of material {found['name']!r} was left out" for what in lost]
@@ -92,6 +101,12 @@ def _take_materials(mesh: Mesh, look: Any, of_faces: dict[str, Any], notes: list
     mesh.materials = materials
     which = getattr(look, "face_materials", None) if several else None
     of_faces["materials"] = np.zeros(mesh.face_count, int) if which is None else np.asarray(which)
+
+
+def _seen(look: Any) -> list[Any]:
+    """What shows whether textures are the same: materials, and the pixels of their pictures."""
+    found = [_material(material) for material in getattr(look.material, "materials", None) or [look.material]]
+    return [(about, p and (p.mode, p.size, p.tobytes()), lost) for about, p, lost in found]
 
 
 def _material(material: Any) -> tuple[dict[str, Any], Any, list[str]]:
@@ -134,9 +149,8 @@ def to_trimesh(mesh: Mesh) -> Any:
     import trimesh
 
     source = mesh
-    if not mesh.is_triangular:
-        mesh = mesh.triangulated()
-    parts = separate(mesh)
+    mesh = triangles(mesh, "trimesh")
+    parts = separate(source, "trimesh", of=mesh)
     # A mesh of trimesh has one look only.
     colors = {"vertex_colors": parts.of_points.pop("colors", None), "face_colors": parts.of_faces.pop("colors", None)}
     made = trimesh.Trimesh(
@@ -144,7 +158,7 @@ def to_trimesh(mesh: Mesh) -> Any:
     )
     kinds = []
     if parts.uvs is not None:
-        made.visual = _texture(mesh, parts.uvs)
+        made.visual = _texture(mesh, parts.uvs, mesh.face_data.get("materials"))
         kinds.append("texture")
     for name, rows in colors.items():
         if rows is not None and kinds:
@@ -156,14 +170,13 @@ def to_trimesh(mesh: Mesh) -> Any:
         made.vertex_attributes[name] = values
     for name, values in parts.of_faces.items():
         made.face_attributes[name] = values
-    if kinds == ["texture"] or mesh.groups or mesh.materials:
-        # Otherwise the default material that trimesh makes for texture coordinates would be read back.
-        made.metadata[EXTRAS] = extras(mesh)
+    if parts.extras:
+        made.metadata[EXTRAS] = parts.extras
         made.metadata["groups"] = np.array(["/".join(filter(None, group)) for group in mesh.groups])
     return made
 
 
-def _texture(mesh: Mesh, uvs: Any) -> Any:
+def _texture(mesh: Mesh, uvs: Any, ids: Any) -> Any:
     import numpy as np
     import trimesh
     from trimesh.visual.material import MultiMaterial, PBRMaterial
@@ -183,9 +196,6 @@ def _texture(mesh: Mesh, uvs: Any) -> Any:
         )
 
     materials = [made(material) for material in mesh.materials]
-    if len(materials) > 1 and "materials" in mesh.face_data:
-        several = MultiMaterial(materials=materials)
-        return trimesh.visual.TextureVisuals(
-            uv=uvs, material=several, face_materials=mesh.face_data["materials"]
-        )
+    if len(materials) > 1 and ids is not None:
+        return trimesh.visual.TextureVisuals(uv=uvs, material=MultiMaterial(materials=materials), face_materials=ids)
     return trimesh.visual.TextureVisuals(uv=uvs, material=materials[0] if materials else None)

@@ -6,8 +6,8 @@ from typing import Any
 
 from ..._errors import ArrayError
 from ..mesh import Mesh
-from .parts import EXTRAS, extras, merged, noted, separate
-from .pyvista import of_pyvista
+from .parts import EXTRAS, merged, noted, separate
+from .pyvista import TAKEN, of_pyvista
 
 #: Cells that are polygons: triangles, strips, polygons, pixels and quadrilaterals; and vertices and lines.
 _FLAT = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9)
@@ -139,7 +139,7 @@ def to_vtk(mesh: Mesh) -> Any:
     def ids(values: Any) -> Any:
         return numpy_to_vtkIdTypeArray(np.ascontiguousarray(values, np.int64), deep=True)
 
-    parts = separate(mesh)
+    parts = separate(mesh, "VTK", TAKEN)
     points, cells, made = vtkPoints(), vtkCellArray(), vtkPolyData()
     points.SetData(numbers(parts.positions, "Points"))
     cells.SetData(ids(np.concatenate([[0], parts.ends])), ids(parts.corners))
@@ -153,9 +153,9 @@ def to_vtk(mesh: Mesh) -> Any:
         made.GetPointData().SetNormals(numbers(parts.normals, "Normals"))
     if parts.uvs is not None:
         made.GetPointData().SetTCoords(numbers(parts.uvs, "Texture Coordinates"))
-    if mesh.groups or mesh.materials or mesh.images:
+    if parts.extras:
         text = vtkStringArray()
         text.SetName(EXTRAS)
-        text.InsertNextValue(extras(mesh))
+        text.InsertNextValue(parts.extras)
         made.GetFieldData().AddArray(text)
     return made
