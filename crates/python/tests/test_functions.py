@@ -143,3 +143,12 @@ def test_exceptions_of_functions_come_back(answer: Any, bumpy: cm.Mesh) -> None:
             cm.simplify(bumpy, faces=500, **{option: answer})
     with pytest.raises((ZeroDivisionError, ValueError)):
         cm.flip(bumpy, cost=cm.FaceCost(answer, 2))
+
+
+def test_subdivision_says_what_it_leaves_out() -> None:
+    ball = cm.shapes.sphere(1)
+    assert cm.subdivide(ball).notes == []
+    ball.vertex_data["normals"] = ball.vertices
+    ball.corner_data["normals"] = ball.vertices[ball.corners]
+    notes = cm.subdivide(ball).notes
+    assert len(notes) == 2 and all("normals of" in note and "subdivision" in note for note in notes)

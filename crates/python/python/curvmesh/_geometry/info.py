@@ -294,7 +294,7 @@ def subdivide(
     -------
     Mesh
         The vertices of the input come first. Texture coordinates and other data are interpolated; normals are
-        left out. Where the scheme would make slivers or turn faces over, new vertices are at the middle of their
+        left out, with a note. Where the scheme would make slivers or turn faces over, new vertices are at the middle of their
         edges, and a warning says how many.
 
     Examples
@@ -313,4 +313,7 @@ def subdivide(
             "slivers or turn faces over; a lower tension curves less",
             stacklevel=3,
         )
-    return Mesh._of(fine)
+    data = {"vertices": given.vertex_data, "corners": given.corner_data}
+    normals = [on for on, columns in data.items() if "normals" in columns]
+    notes = [f"normals of {on} were left out: subdivision does not carry them over" for on in normals]
+    return Mesh._of(fine.with_notes([*fine.notes, *notes]))
