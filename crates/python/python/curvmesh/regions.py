@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._engines import Engine, Lost, check, opened, signal_name
 from ._errors import CurvmeshError, OptionError
-from ._options import checked
+from ._options import checked, whole
 from ._table import table, text
 
 if TYPE_CHECKING:
@@ -111,13 +112,14 @@ class Reduced:
 
     Attributes
     ----------
-    The written file.
+    output : str
         The file that was written.
-    Its number of faces.
-        How many faces it has.
-    The number of regions on each level.
-        How many regions there were on each level.
-    A certified upper bound of the Hausdorff distance from the input, if requested.
+    faces : int
+        Its number of faces.
+    cells : list of int
+        The number of regions on each level.
+    error : float or None
+        A proved upper bound of the Hausdorff distance from the input, in model units, if requested.
     """
 
     output: str
@@ -144,11 +146,12 @@ class Level:
     ----------
     output : str
         The file, or the folder of its tiles.
-    Its number of faces.
-        How many faces it has.
-    The number of files in the folder.
-        How many files there are in the folder.
-    A certified upper bound of the Hausdorff distance from the input, if requested.
+    faces : int
+        Its number of faces.
+    tiles : int or None
+        The number of files, if it is a folder.
+    error : float or None
+        A proved upper bound of the Hausdorff distance from the input, in model units, if requested.
     """
 
     output: str
@@ -183,6 +186,14 @@ class Levels:
 
     def _repr_html_(self) -> str:
         return table("Levels", self._rows())
+
+
+def _memory(memory: str | int) -> str:
+    """A memory limit as the program takes it."""
+    given = str(memory).replace(" ", "").upper() if isinstance(memory, str) else str(whole("memory", memory))
+    if re.fullmatch(r"[0-9]+([KMG](I?B)?)?", given) is None:
+        raise OptionError(f'memory is {memory!r}; it must be a number of bytes, or a text like "8G" or "500 MB"')
+    return given
 
 
 @checked
@@ -222,7 +233,7 @@ def simplify(
         The folder for the regions, on a disk that all workers see. It is kept, and an interrupted run continues
         with it.
     memory : str or int
-        The memory limit of a step, like ``"8G"``, or in bytes.
+        The memory limit of a step, like ``"8G"`` or ``"500 MB"``, or in bytes.
     faces, vertices, ratio, max_error, max_cost, relative, preset, verify
         As for :func:`curvmesh.simplify`.
     repair : bool
@@ -258,7 +269,7 @@ def simplify(
         "--preset": preset,
     }
     flags = {"--relative": relative, "--verify": verify, "--lenient": repair}
-    split = [os.path.abspath(source), "--memory", str(memory), *_given(options, flags)]
+    split = [os.path.abspath(source), "--memory", _memory(memory), *_given(options, flags)]
     check(engine, client, workers)
     run = _Run(os.path.abspath(work_dir), program, cores, retries, callback)
     with opened(engine, client, workers, cores, retries) as do:
@@ -327,7 +338,7 @@ def lod(
         "--preset": preset,
     }
     flags = {"--verify": verify, "--lenient": repair}
-    split = [os.path.abspath(source), "--memory", str(memory), *_given(options, flags)]
+    split = [os.path.abspath(source), "--memory", _memory(memory), *_given(options, flags)]
     check(engine, client, workers)
     run = _Run(os.path.abspath(work_dir), program, cores, retries, callback)
     with opened(engine, client, workers, cores, retries) as do:
