@@ -50,7 +50,8 @@ def run(page: Path) -> tuple[int, int]:
     failed = attempted = 0
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        curvmesh.write("scan.ply", curvmesh.examples.scan(5))
+        if page.name != "README.md":
+            curvmesh.write("scan.ply", curvmesh.examples.scan(5))
         names: dict[str, object] = {}
         for code in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
             attempted += 1

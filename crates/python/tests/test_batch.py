@@ -485,7 +485,7 @@ def test_scripts_without_a_guard_are_told(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text("import curvmesh as cm\ncm.batch.run('a.ply', ['repair'], 'out')\n")
     found = subprocess.run([sys.executable, script], cwd=tmp_path, capture_output=True, text=True)
-    assert found.returncode and "no worker can be started" in found.stderr
+    assert found.returncode and "no worker can be started" in found.stderr and 'if __name__ == "__main__":' in found.stderr
 
 
 class Page(html.parser.HTMLParser):

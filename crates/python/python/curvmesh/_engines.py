@@ -235,8 +235,9 @@ def _send(worker: _Worker, job: Job) -> None:
 
 def _cannot_start(why: str) -> OptionError:
     return OptionError(
-        f"no worker can be started: {why}",
-        cure='scripts that call run() do so below `if __name__ == "__main__":`, as workers import them',
+        f'no worker can be started: {why}; a script must call this below `if __name__ == "__main__":`, since '
+        "its workers import it",
+        cure='move the call of a script below `if __name__ == "__main__":`',
     )
 
 
