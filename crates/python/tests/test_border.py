@@ -342,6 +342,16 @@ loose: Any = cm
         (lambda m: loose.render(m, size=10), "size is 10; it must be two whole numbers"),
         (lambda m: loose.render(m, size=(1.5, 10)), "size is 1.5; it must be a whole number"),
         (lambda m: loose.info(m, threads=-2), "threads is -2"),
+        (lambda m: m.validate(threads=-1), "threads is -1"),
+        (lambda m: m.triangulated(threads=-1), "threads is -1"),
+        (lambda m: loose.view(m, values="x"), 'values is \'x\'; it must be a mapping'),
+        (lambda m: loose.view(m, values=["x"]), "it must be a mapping"),
+        (lambda m: loose.render(m, size=(9, 9)).save("a.jpg"), "a.jpg ends in .jpg, but the file is written as .png"),
+        (lambda m: loose.figure(m).save("f.png"), "written as .svg"),
+        (lambda m: loose.view(m).save("f.svg"), "written as .html"),
+        (lambda m: loose.view(m).save(7), "a int cannot be written to"),
+        (lambda m: loose.regions.simplify("a.ply", "b.ply", work_dir="w", memory="much"), "memory is 'much'"),
+        (lambda m: loose.regions.lod("a.ply", "b", ratios=[0.5], work_dir="w", memory="-1"), "memory is '-1'"),
     ],
 )
 def test_wrong_values_are_answered_in_words(work: Any, says: str) -> None:
@@ -392,6 +402,29 @@ def test_open_files_are_read_and_written(format: Any, tmp_path: Path) -> None:
     with pytest.raises(cm.ReadError) as caught:
         loose.read(io.StringIO("OFF"))
     assert "rb" in caught.value.cure
+
+
+def test_a_file_of_binary_content_that_is_open_as_text(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    path.write_bytes(b"\xff\xfe\x80")
+    with open(path, encoding="utf-8") as file, pytest.raises(cm.ReadError, match="open as text") as caught:
+        loose.read(file)
+    assert "rb" in caught.value.cure
+
+
+def test_results_are_saved_to_open_files(tmp_path: Path) -> None:
+    ball = cm.shapes.sphere(2)
+    log = cm.simplify(ball, faces=100).log
+    shown: list[Any] = [cm.render(ball, size=(40, 40)), cm.figure(ball, size=(40, 40)), cm.view(ball), log]
+    for result, name in zip(shown, ("a.png", "a.svg", "a.html", "a.record")):
+        file = io.BytesIO()
+        result.save(file)
+        result.save(tmp_path / name)
+        assert file.getvalue() == (tmp_path / name).read_bytes() != b""
+        with pytest.raises(cm.OptionError, match="wb"):
+            result.save(io.StringIO())
+    with open(tmp_path / "a.record", "rb") as opened:
+        assert len(cm.Record.load(opened, ball)) == len(log)
 
 
 def test_what_stands_beside_an_open_file_is_told() -> None:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple, Union
 
 from . import _core
+from ._options import whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -104,4 +105,4 @@ def calling(
 
 def plain(threads: int | None = None) -> _core.Call:
     """A call without progress."""
-    return _core.Call(None, None, threads, False)
+    return _core.Call(None, None, None if threads is None else whole("threads", threads), False)

@@ -143,13 +143,16 @@ def read(
     }
     with calling("reading", progress, threads) as call:
         if not isinstance(source, (str, os.PathLike)):
-            return Mesh._of(_core.read(call, None, _content(source), **options))
+            return Mesh._of(_core.read(call, None, file_content(source), **options))
         return Mesh._of(_core.read(call, os.fspath(source), None, **options))
 
 
-def _content(source: Any) -> bytes:
+def file_content(source: Any) -> bytes:
     """The content of a file that is open or given as bytes."""
-    content = source.read() if hasattr(source, "read") else source
+    try:
+        content = source.read() if hasattr(source, "read") else source
+    except UnicodeDecodeError:
+        content = ""
     if isinstance(content, str):
         raise ReadError("the file is open as text", cure='open(path, "rb")')
     if not isinstance(content, (bytes, bytearray, memoryview)):
@@ -222,13 +225,37 @@ def _write_to(file: Any, write_file: Callable[[str], dict[str, Any]], format: st
     with tempfile.TemporaryDirectory(prefix="curvmesh-") as folder:
         path = Path(folder) / f"mesh.{format}"
         told = write_file(str(path))
-        try:
-            file.write(path.read_bytes())
-        except TypeError:
-            raise OptionError('the file is open as text; open(path, "wb")') from None
+        deliver(file, path.read_bytes())
         beside = sorted(other.name for other in Path(folder).iterdir() if other != path)
     told["dropped"] += [f"{name}: an open file has no place beside it" for name in beside]
     return told
+
+
+#: Suffixes of files that show something.
+_SHOWN = (".png", ".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".tif", ".tiff", ".svg", ".pdf", ".eps", ".html", ".htm")
+
+
+def deliver(path: File, content: bytes, *suffixes: str) -> None:
+    """Writes content of a format with one of some suffixes to a path or to an open binary file.
+
+    Raises
+    ------
+    OptionError
+        The path has the suffix of another format, or the file is open as text.
+    """
+    if not isinstance(path, (str, os.PathLike)):
+        if not hasattr(path, "write"):
+            raise OptionError(f"a {type(path).__name__} cannot be written to; give a path or an open file")
+        try:
+            path.write(content)
+        except TypeError:
+            raise OptionError('the file is open as text; open(path, "wb")') from None
+        return
+    suffix = os.path.splitext(os.fspath(path))[1].lower()
+    if suffixes and suffix in _SHOWN and suffix not in suffixes:
+        raise OptionError(f"{os.fspath(path)} ends in {suffix}, but the file is written as {suffixes[0]}")
+    with open(path, "wb") as file:
+        file.write(content)
 
 
 def save(mesh: Any, path: File, **options: Any) -> dict[str, Any]:

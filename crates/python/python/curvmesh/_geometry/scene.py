@@ -12,7 +12,7 @@ from .._call import Callback, Progress, calling, plain
 from .._errors import CurvmeshError, OptionError
 from .._options import checked, whole
 from .._table import grid, table, text
-from .files import _content, _write_to
+from .files import _write_to, file_content
 from .mesh import Mesh
 from .simplify import Charts, ErrorBounds, Shortfall, _choices, _rules, _shortfall
 
@@ -285,7 +285,7 @@ def read_scene(
     }
     with calling("reading", progress, threads) as call:
         if not isinstance(source, (str, os.PathLike)):
-            return Scene._of(_core.read_scene(call, None, _content(source), **options))
+            return Scene._of(_core.read_scene(call, None, file_content(source), **options))
         return Scene._of(_core.read_scene(call, os.fspath(source), None, **options))
 
 

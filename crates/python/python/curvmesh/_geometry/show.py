@@ -13,17 +13,15 @@ from .._options import checked
 from .._table import table
 from .arrays import real_numbers
 from .curvature import Curvature
-from .files import as_mesh
+from .files import as_mesh, deliver
 from .info import info
 from .mesh import Data, Mesh
 
 if TYPE_CHECKING:
-    import os
-
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    from .._options import Layout, On, Up
+    from .._options import File, Layout, On, Up
 
 __all__ = ["Figure", "Page", "Picture", "figure", "render", "view"]
 
@@ -51,10 +49,9 @@ class Picture:
         self.pixels = pixels
         self.range = range
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the PNG file."""
-        with open(path, "wb") as file:
-            file.write(self.png)
+    def save(self, path: File) -> None:
+        """Write the PNG file: to a path, or to an open binary file."""
+        deliver(path, self.png, ".png")
 
     def __repr__(self) -> str:
         height, width, _ = self.pixels.shape
@@ -87,10 +84,9 @@ class Figure:
         self.faces = faces
         self.range = range
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the SVG file."""
-        with open(path, "w", encoding="utf-8", newline="\n") as file:
-            file.write(self.svg)
+    def save(self, path: File) -> None:
+        """Write the SVG file: to a path, or to an open binary file."""
+        deliver(path, self.svg.encode(), ".svg")
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -115,10 +111,9 @@ class Page:
         self.html = html
         self.height = height
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the page as one HTML file."""
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(self.html)
+    def save(self, path: File) -> None:
+        """Write the page as one HTML file: to a path, or to an open binary file."""
+        deliver(path, self.html.encode(), ".html", ".htm")
 
     def open(self) -> None:
         """Show the page in the browser."""
@@ -479,7 +474,12 @@ def view(
     if values is None or isinstance(values, Mapping):
         of_each: list[Mapping[str, Any]] = [values or {}] * len(meshes)
     else:
-        of_each = list(values)
+        of_each = [] if isinstance(values, str) else list(values)
+        if isinstance(values, str) or not all(isinstance(each, Mapping) for each in of_each):
+            raise OptionError(
+                f"values is {values!r}; it must be a mapping of names to numbers, like {{'H': k.mean}}; "
+                'color="name" selects data of the mesh'
+            )
     if len(of_each) != len(meshes):
         raise OptionError(f"there are {len(of_each)} mappings of values for {len(meshes)} meshes")
     exhibits = []

@@ -12,16 +12,14 @@ from .._errors import OptionError
 from .._options import checked, whole
 from .._table import grid, table, text
 from .arrays import real_numbers
-from .files import as_mesh
+from .files import as_mesh, deliver, file_content
 from .mesh import Mesh
 
 if TYPE_CHECKING:
-    import os
-
     import numpy as np
     from numpy.typing import NDArray
 
-    from .._options import Length, Norm, Placement, Preset
+    from .._options import File, Length, Norm, Placement, Preset
 
 __all__ = ["Charts", "Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Shortfall", "Simplified", "TurnedOver", "lod", "simplify"]
 
@@ -128,15 +126,18 @@ class Record:
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (Mesh._of(self._log.mesh()), _core.record_bytes(plain(), self._log))
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the record, 48 bytes for each collapse."""
+    def save(self, path: File) -> None:
+        """Write the record, 48 bytes for each collapse: to a path, or to an open binary file."""
         import os
 
-        _core.save_record(plain(), self._log, os.fspath(path))
+        if isinstance(path, (str, os.PathLike)):
+            _core.save_record(plain(), self._log, os.fspath(path))
+        else:
+            deliver(path, _core.record_bytes(plain(), self._log))
 
     @staticmethod
-    def load(path: str | os.PathLike[str], mesh: Any) -> Record:
-        """Read the record of a run on this mesh.
+    def load(path: File, mesh: Any) -> Record:
+        """Read the record of a run on this mesh: from a path, or from an open binary file.
 
         Raises
         ------
@@ -145,7 +146,8 @@ class Record:
         """
         import os
 
-        return Record(_core.load_record(plain(), os.fspath(path), as_mesh(mesh)._data))
+        file = os.fspath(path) if isinstance(path, (str, os.PathLike)) else file_content(path)
+        return Record(_core.load_record(plain(), file, as_mesh(mesh)._data))
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
