@@ -65,6 +65,58 @@ def test_mean_curvature_of_libigl(bumpy: cm.Mesh) -> None:
     assert np.median(np.abs(ours - theirs)) < 0.03 * np.abs(theirs).mean()
 
 
+def wavy() -> cm.Mesh:
+    """A sheet with a boundary."""
+    x, y = np.mgrid[0:9, 0:9].reshape(2, -1) / 8
+    corners = [9 * i + j for i in range(8) for j in range(8)]
+    faces = [[k, k + 9, k + 10] for k in corners] + [[k, k + 10, k + 1] for k in corners]
+    return cm.Mesh(np.column_stack([x, y, 0.2 * np.sin(3 * x) * np.cos(2 * y)]), faces)
+
+
+def test_the_page_is_right_on_integrals_and_boundaries(bumpy: cm.Mesh) -> None:
+    """Claims of docs/coming-from.md."""
+    for mesh in (bumpy, wavy()):
+        auto, vertex = cm.curvature(mesh), cm.curvature(mesh, estimator="vertex")
+        inner = ~vertex["boundary"].astype(bool)
+        np.testing.assert_allclose(vertex.integral_mean, vertex.mean * vertex.area, atol=1e-12)
+        np.testing.assert_allclose(
+            vertex.integral_gaussian[inner], (vertex.gaussian * vertex.area)[inner], atol=1e-12
+        )
+        for name in ("integral_mean", "integral_gaussian", "area"):
+            np.testing.assert_allclose(auto[name], vertex[name], atol=1e-12)
+        assert not np.allclose(auto.integral_mean, auto.mean * auto.area, rtol=1e-3)
+        assert (vertex.gaussian[~inner] == 0).all()
+    assert (auto.gaussian[~inner] != 0).any()
+    angles = 2 * np.pi * cm.info(mesh).euler_characteristic
+    assert vertex.integral_gaussian.sum() == pytest.approx(angles)
+
+
+def test_curvature_of_pyvista(bumpy: cm.Mesh) -> None:
+    """Claims of docs/coming-from.md."""
+    pytest.importorskip("pyvista")
+    for mesh in (bumpy, wavy()):
+        k = cm.curvature(mesh, estimator="vertex", area="barycentric")
+        inner = ~k["boundary"].astype(bool)
+        theirs = mesh.to_pyvista().curvature("gaussian")
+        np.testing.assert_allclose(k.gaussian[inner], theirs[inner], rtol=1e-4, atol=1e-3)
+        assert (k.gaussian[~inner] == 0).all() and (theirs[~inner] != 0).all()
+    k = cm.curvature(bumpy, estimator="vertex", area="barycentric")
+    means = bumpy.to_pyvista().curvature("mean")
+    assert np.median(np.abs(k.mean - means)) < 0.03 * np.abs(means).mean()
+
+
+def test_integral_mean_curvature_of_libigl(bumpy: cm.Mesh) -> None:
+    """Claims of docs/coming-from.md."""
+    igl = pytest.importorskip("igl")
+    v, f = np.array(bumpy.vertices), np.array(bumpy.faces, np.int64)
+    integral = 0.5 * np.linalg.norm(igl.cotmatrix(v, f) @ v, axis=1)
+    area = igl.massmatrix(v, f, igl.MASSMATRIX_TYPE_VORONOI).diagonal()
+    k = cm.curvature((v, f), estimator="vertex")
+    np.testing.assert_allclose(k.area, area, rtol=1e-9)
+    assert np.median(np.abs(np.abs(k.integral_mean) - integral)) < 0.03 * integral.mean()
+    assert np.median(np.abs(np.abs(k.mean) - integral / area)) < 0.03 * (integral / area).mean()
+
+
 def test_curvature_of_pymeshlab(bumpy: cm.Mesh) -> None:
     pymeshlab = pytest.importorskip("pymeshlab")
     meshes = pymeshlab.MeshSet()
