@@ -475,6 +475,16 @@ def test_the_accessor_and_the_reader_of_pyvista(tmp_path: Path) -> None:
     assert np.median(sphere.curvmesh.curvature().point_data["mean"]) == pytest.approx(2, rel=0.01)
     assert sphere.curvmesh.distance(small, samples=100).point_data["distance"].max() < 0.05
     assert small.curvmesh.flip().n_cells == 200
+    assert sphere.curvmesh.info().closed and sphere.curvmesh.render(size=(40, 30)).pixels.shape == (30, 40, 4)
+    grid = pv.ImageData(dimensions=(4, 4, 4)).cast_to_unstructured_grid()
+    with pytest.warns(UserWarning, match="replaced by their surface"):
+        assert grid.curvmesh.curvature().n_points == 56
+    assert grid.curvmesh.info().closed
+    mixed = pv.PolyData(sphere.points, faces=sphere.faces, lines=[2, 0, 1])
+    mixed.point_data["text"] = ["a"] * mixed.n_points
+    with pytest.warns(UserWarning) as told:
+        assert mixed.curvmesh.simplify(faces=200).n_cells == 200
+    assert ["lines" in str(told[0].message), "'text'" in str(told[1].message)] == [True, True]
     cm.write(tmp_path / "a.off", cm.shapes.sphere(2))
     assert pv.read(tmp_path / "a.off").n_cells == 320
 
