@@ -630,6 +630,9 @@ def test_foreign_numbers_are_no_groups_and_materials(tmp_path: Path) -> None:
         assert mesh.groups == [] and "groups" not in mesh.face_data and len(mesh.notes) == 2
         for name in ("groups_values", "materials_values"):
             np.testing.assert_array_equal(mesh.face_data[name], ids[: mesh.face_count] if mesh.face_count > 1 else [4])
+    ball.point_data.update({"colors": np.arange(ball.n_points), "groups": np.arange(ball.n_points)})
+    mesh = cm.as_mesh(ball)
+    assert {"colors_values", "groups"} < {*mesh.vertex_data} and "they are no colors" in mesh.notes[0]
     for kind in ("vtu", "vtk"):
         everything().to_meshio().write(tmp_path / f"a.{kind}")
         mesh = cm.as_mesh(meshio.read(tmp_path / f"a.{kind}"))
@@ -648,6 +651,9 @@ def test_what_trimesh_changed_is_seen() -> None:
     made.visual = trimesh.visual.TextureVisuals(uv=made.visual.uv, image=red)
     back = cm.as_mesh(made)
     assert pixels(back) == red.tobytes() and len(back.materials) == 1 and not back.face_data["materials"].any()
+    plain = trimesh.visual.material.PBRMaterial(name="plain", baseColorFactor=[0, 255, 0, 255])
+    made.visual = trimesh.visual.TextureVisuals(uv=made.visual.uv, material=plain)
+    assert [material["name"] for material in cm.as_mesh(made).materials] == ["plain"] and not cm.as_mesh(made).images
     ball = cm.shapes.sphere(2).to_trimesh()
     assert len(ball.vertex_normals)
     ball.vertices = ball.vertices * [1, 1, -3]
@@ -739,7 +745,7 @@ def test_what_is_left_out_of_other_meshes_is_in_the_notes() -> None:
     mesh = cm.as_mesh(flat)
     assert list(mesh.vertex_data) == ["colors"] and mesh.vertex_data["colors"][0].tolist() == [1, 1, 1, 1]
     notes = "; ".join(mesh.notes)
-    assert all(what in notes for what in ("overlap in 1 faces", "field data was left out: 'f'", "point sets"))
+    assert all(what in notes for what in ("overlap in 1 faces", "field data was left out: 'f'", "sets of points"))
 
 
 def test_the_order_of_faces_and_vertices() -> None:

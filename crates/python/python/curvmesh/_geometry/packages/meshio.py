@@ -62,9 +62,9 @@ def of_meshio(source: Any, check: bool) -> Mesh:
         with_extras(mesh, kept)
     else:
         _take_sets(mesh, source, blocks, of_faces, notes)
-    for what in ("field_data", "point_sets"):
+    for what, text in (("field_data", "field data was"), ("point_sets", "sets of points were")):
         names = ", ".join(repr(name) for name in getattr(source, what, None) or {})
-        notes += [f"{what.replace('_', ' ')} was left out: {names}"] * bool(names)
+        notes += [f"{text} left out: {names}"] * bool(names)
     put(mesh.vertex_data, of_points, notes)
     put(mesh.face_data, of_faces, notes)
     if has_uvs:

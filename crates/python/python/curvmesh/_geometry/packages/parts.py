@@ -25,7 +25,7 @@ _COLORS, _NORMALS = ("colors", "Colors", "RGB", "RGBA", "rgb", "rgba"), ("normal
 _MEANT = (*_COLORS, *_NORMALS, "uvs", "Texture Coordinates", "TCoords", "positions", "indices", "texture_uvs")
 
 #: Names with a meaning in a mesh; numbers of other packages that have one of them get another name.
-_OWN = ("colors", "normals", "uvs", "groups", "materials")
+_OWN = ("colors", "normals", "uvs")
 
 #: The end of the names of numbers whose own name has a meaning.
 _VALUES = "_values"
@@ -85,7 +85,10 @@ def taken(data: Any, count: int, notes: list[str]) -> dict[str, NDArray[Any]]:
         elif name in _NORMALS and array.ndim == 2 and array.shape[1] == 3:
             found["normals"] = array
         elif array.ndim == 1:
-            found[_free(name, data) if name in _OWN else name] = array
+            other = _free(name, data) if name in _OWN else name
+            found[other] = array
+            if other != name:
+                notes.append(f"the numbers {name!r} are called {other!r}: they are no {name}")
         else:
             rows = array.reshape(count, -1) if count else array.reshape(0, 1)
             width = rows.shape[1]
@@ -103,22 +106,23 @@ def _free(name: str, others: Iterable[str]) -> str:
 
 
 def owned(mesh: Mesh, of_faces: dict[str, NDArray[Any]], kept: Mapping[str, Any] | None, notes: list[str]) -> None:
-    """Makes indices of groups and materials from numbers, if the mesh was written by this package.
+    """Takes numbers as indices of groups and materials only if the mesh was written by this package.
 
-    Numbers of others stay numbers. So do indices that belong to other groups: out of range, or in a mesh that has
+    Numbers of others get another name. So do indices that belong to other groups: out of range, or in a mesh that has
     more vertices than the one that was written, since it was joined from several.
     """
     for name in ("groups", "materials"):
-        values = of_faces.get(name + _VALUES)
+        values = of_faces.get(name)
         if values is None:
             continue
         known: list[Any] = kept[name] if kept else []
         is_whole = values.dtype.kind in "iu" or bool((values == values.round()).all())
         if kept and is_whole and mesh.vertex_count <= kept["vertices"] and len(values) and -1 <= values.min():
             if values.max() < len(known):
-                of_faces[name] = of_faces.pop(name + _VALUES)
                 continue
-        text = f"the numbers {name!r} are called {name + _VALUES!r}, since no list of {name} belongs to them"
+        other = _free(name, of_faces)
+        of_faces[other] = of_faces.pop(name)
+        text = f"the numbers {name!r} are called {other!r}, since no list of {name} belongs to them"
         if known:
             names = [each["name"] if name == "materials" else "/".join(filter(None, each)) for each in known]
             text += f", and the {name} {', '.join(map(repr, names))} were left out"

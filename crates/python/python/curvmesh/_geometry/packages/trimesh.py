@@ -66,13 +66,13 @@ def of_trimesh(source: Any, check: bool) -> Mesh:
     is_replaced = False
     if kept:
         with_extras(mesh, kept)
-        ids = of_faces.get("materials_values")
+        ids = of_faces.get("materials")
         is_replaced = kind == "texture" and _seen(look) != _seen(_texture(mesh, None, ids))
         if is_replaced:
-            of_faces.pop("materials_values", None)
+            of_faces.pop("materials", None)
+    owned(mesh, of_faces, kept, notes)
     if kind == "texture" and (is_replaced or not kept):
         _take_materials(mesh, look, of_faces, notes)
-    owned(mesh, of_faces, kept, notes)
     put(mesh.vertex_data, of_points, notes)
     put(mesh.face_data, of_faces, notes)
     uv = getattr(look, "uv", None) if kind == "texture" else None
@@ -97,6 +97,8 @@ def _take_materials(mesh: Mesh, look: Any, of_faces: dict[str, Any], notes: list
                 images.append(image)
         notes += [f"{what} of material {found['name']!r} was left out" for what in lost]
         materials.append(found)
+    # Materials of before may refer to more images.
+    mesh.materials = []
     mesh.images = images
     mesh.materials = materials
     which = getattr(look, "face_materials", None) if several else None
