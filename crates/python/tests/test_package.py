@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import ast
 import graphlib
+import importlib
+import inspect
 import json
 import multiprocessing
+import pkgutil
+import re
 import subprocess
 import sys
 import typing
@@ -150,3 +154,22 @@ def test_the_recipe_of_conda_forge() -> None:
     assert all((folder / name).exists() for name in shipped)
     imports = [name for test in made["tests"] for name in test.get("python", {}).get("imports", [])]
     assert imports == ["curvmesh", "curvmesh.batch"]
+
+
+def documented() -> list[tuple[str, str]]:
+    """The classes with attributes in their documentation, and the lines that name these."""
+    found = []
+    for module in pkgutil.walk_packages(cm.__path__, "curvmesh."):
+        if module.name.rpartition(".")[2] in ("__main__", "pyvista"):
+            continue
+        for thing in vars(importlib.import_module(module.name)).values():
+            if isinstance(thing, type) and thing.__module__ == module.name and "\nAttributes\n" in (inspect.getdoc(thing) or ""):
+                section = (inspect.getdoc(thing) or "").partition("\nAttributes\n")[2].partition("\n\n")[0]
+                found += [(thing.__name__, line) for line in section.splitlines()[1:] if not line.startswith(" ")]
+    return found
+
+
+def test_attributes_are_documented_with_name_and_type() -> None:
+    """Also by help() of the terminal."""
+    wrong = [place for place in documented() if re.fullmatch(r"\w+(, \w+)* : .+", place[1]) is None]
+    assert not wrong and len(documented()) > 50
