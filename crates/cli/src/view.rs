@@ -10,6 +10,7 @@ use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{Format, Model, PictureError, Pictures};
 use mesh_metric::{Surface, SurfaceError, face_distances};
 use mesh_view::{Directions, Exhibit, Field, GENERATOR, On, Page, Section, Up, ViewError};
+use mesh_work::Quantity;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -213,32 +214,9 @@ pub(crate) const MODEL_UNITS: &str = "model units";
 /// Tells the units of curvatures.
 pub(crate) fn set_units(fields: &mut [Field]) {
     for field in fields {
-        if let Some(unit) = unit_of(&field.name) {
-            field.unit = unit.into();
+        if let Some(quantity) = Quantity::of_property(&field.name) {
+            field.unit = quantity.unit().into();
         }
-    }
-}
-
-/// The unit of a quantity that this program computes and writes.
-fn unit_of(property: &str) -> Option<&'static str> {
-    match property {
-        "mean_curvature"
-        | "k1"
-        | "k2"
-        | "curvedness"
-        | "abs_mean_curvature"
-        | "abs_dihedral_curvature"
-        | "abs_principal_sum" => Some("1 / model unit"),
-        "gaussian_curvature" => Some("1 / model unit\u{b2}"),
-        _ => None,
-    }
-}
-
-/// The name of a property above a legend, with its unit if that is known.
-pub(crate) fn legend_title(property: &str) -> String {
-    match unit_of(property) {
-        Some(unit) => format!("{} ({unit})", property.replace('_', " ")),
-        None => property.to_owned(),
     }
 }
 

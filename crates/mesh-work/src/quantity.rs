@@ -119,6 +119,28 @@ impl Quantity {
         }
     }
 
+    /// The unit of its values, or empty.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Gaussian => "1 / model unit\u{b2}",
+            Self::Mean
+            | Self::AbsMean
+            | Self::AbsDihedral
+            | Self::K1
+            | Self::K2
+            | Self::AbsSum
+            | Self::Curvedness => "1 / model unit",
+            Self::Willmore | Self::KPlus | Self::KMinus | Self::ShapeIndex => "",
+        }
+    }
+
+    /// The quantity with this [property](Self::property).
+    #[must_use]
+    pub fn of_property(property: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|quantity| quantity.property() == property)
+    }
+
     /// Whether the quantity is defined by the star of a vertex, not at a point of a surface. Only the estimator
     /// `vertex` provides it.
     #[must_use]
@@ -130,6 +152,16 @@ impl Quantity {
     #[must_use]
     pub fn is_signed(self) -> bool {
         matches!(self, Self::Gaussian | Self::Mean | Self::K1 | Self::K2 | Self::ShapeIndex)
+    }
+}
+
+/// The name of a property above a legend: that of a [`Quantity`] as words and with its unit.
+#[must_use]
+pub fn legend_title(property: &str) -> String {
+    match Quantity::of_property(property) {
+        Some(quantity) if quantity.unit().is_empty() => property.replace('_', " "),
+        Some(quantity) => format!("{} ({})", property.replace('_', " "), quantity.unit()),
+        None => property.to_owned(),
     }
 }
 
@@ -185,5 +217,17 @@ impl Integrals {
             f3: totals.f3,
             willmore,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_are_words_with_units() {
+        assert_eq!(legend_title("gaussian_curvature"), "gaussian curvature (1 / model unit\u{b2})");
+        assert_eq!(legend_title("shape_index"), "shape index");
+        assert_eq!(legend_title("heat_flow"), "heat_flow");
     }
 }

@@ -8,7 +8,7 @@ use mesh_render::{
     Style, Texture, View, draw_svg, render as draw, sheet,
 };
 use mesh_view::{Sight, Toward, Up, Upright};
-use mesh_work::Source;
+use mesh_work::{Source, legend_title};
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -43,10 +43,14 @@ pub(crate) struct StyleGiven {
     outlines: f64,
     crease: Option<f64>,
     smooth: bool,
+    occlusion: f64,
     transparent: bool,
     supersampling: u32,
     plain: bool,
+    /// The title of the legend, or empty.
     label: String,
+    /// The name of the values, or empty.
+    name: String,
     colormap: Option<String>,
     range: String,
     log: bool,
@@ -121,6 +125,10 @@ impl StyleGiven {
         Ok(Seen { toward, up })
     }
 
+    fn title(&self) -> String {
+        if self.label.is_empty() { legend_title(&self.name) } else { self.label.clone() }
+    }
+
     fn style(&self) -> Result<Style, Failure> {
         Ok(Style {
             size: self.size,
@@ -130,6 +138,7 @@ impl StyleGiven {
             crease: angle("crease", self.crease)?,
             background: (!self.transparent).then_some([255; 3]),
             supersampling: self.supersampling,
+            occlusion: self.occlusion,
             ..Style::default()
         })
     }
@@ -242,7 +251,8 @@ pub(crate) fn figure(
         let sights = job.seen.sights(source.mesh);
         let sight = sights.first().ok_or_else(|| Failure::option("there is no side"))?;
         let legend = painting.legend();
-        let beside = legend.filter(|_| style.bar).map(|legend| (legend, &*style.label));
+        let title = style.title();
+        let beside = legend.filter(|_| style.bar).map(|legend| (legend, &*title));
         let drawing = draw_svg(&scene, &view_of(source, sight)?, &job.how, beside);
         let Drawing { svg, size, faces, .. } = drawing.map_err(Failure::from)?;
         Ok((svg, size, faces, ends(legend)))
@@ -281,7 +291,7 @@ pub(crate) fn render<'py>(
         };
         let legend = painting.legend();
         if let Some(legend) = legend.filter(|_| style.bar) {
-            let whole = legend.beside(&picture, &style.label, how.background);
+            let whole = legend.beside(&picture, &style.title(), how.background);
             picture = whole.map_err(Failure::from)?;
         }
         let png = picture.to_png().map_err(Failure::from)?;

@@ -11,7 +11,7 @@ use mesh_render::{
     View, draw_svg, render, sheet,
 };
 use mesh_view::{Sight, Toward, Up, Upright};
-use mesh_work::Loaded;
+use mesh_work::{Loaded, legend_title};
 use serde::Serialize;
 
 use crate::args::{parse_angle, parse_not_negative, parse_picture};
@@ -24,7 +24,7 @@ use crate::load::Seconds;
 use crate::save::save_bytes;
 use crate::session::{Outcome, Session};
 use crate::task::{Report, Source};
-use crate::view::{legend_title, say_left_out, up_of};
+use crate::view::{say_left_out, up_of};
 
 /// Draw a mesh to a PNG or SVG file, without a display
 ///

@@ -184,12 +184,12 @@ def _asked(
         # Who names a scale of colours wants amounts.
         is_scaled = style["colormap"] is not None or style["range"] != "auto" or style["log"]
         shown = (kind, array, labels and not is_scaled)
-    direction, label = style["direction"], style["label"]
+    direction = style["direction"]
     if direction is not None:
         style["direction"] = [direction] if isinstance(direction, str) else list(direction)
     up = style["up"]
     style["up"], style["size"] = up if isinstance(up, str) else list(up), list(style["size"])
-    style["label"] = label or (values if isinstance(values, str) else "")
+    style["name"] = values if isinstance(values, str) else ""
     style["range"] = _range(style["range"])
     return given, shown, style
 
@@ -220,7 +220,7 @@ def render(
     *,
     on: On | None = None,
     direction: str | Sequence[str] | Sequence[float] | None = None,
-    up: Up | Sequence[float] = "y",
+    up: Up | Sequence[float] = "auto",
     size: tuple[int, int] = (900, 900),
     edges: float = 0.0,
     outlines: float = 0.0,
@@ -232,6 +232,7 @@ def render(
     log: bool = False,
     bar: bool = True,
     label: str = "",
+    occlusion: float = 0.0,
     transparent: bool = False,
     supersampling: int = 2,
     threads: int | None = None,
@@ -277,7 +278,9 @@ def render(
     bar : bool
         Whether to draw a legend beside the picture, if there are values.
     label : str
-        The title of the legend; by default the name of the data.
+        The title of the legend; by default the name of the data, with the unit of curvatures.
+    occlusion : float
+        How much darker cavities and creases are (ambient occlusion), from 0 to 1.
     transparent : bool
         Make the background transparent.
     supersampling : int
@@ -305,6 +308,7 @@ def render(
         outlines=outlines,
         crease=crease,
         smooth=smooth,
+        occlusion=occlusion,
         transparent=transparent,
         supersampling=supersampling,
         plain=plain,
@@ -326,7 +330,7 @@ def figure(
     *,
     on: On | None = None,
     direction: str | Sequence[float] | None = None,
-    up: Up | Sequence[float] = "y",
+    up: Up | Sequence[float] = "auto",
     size: tuple[int, int] = (900, 900),
     edges: float = 0.0,
     outlines: float = 0.0,
@@ -376,6 +380,7 @@ def figure(
         outlines=outlines,
         crease=crease,
         smooth=smooth,
+        occlusion=0.0,
         transparent=True,
         supersampling=supersampling,
         plain=plain,
