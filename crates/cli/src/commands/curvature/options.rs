@@ -81,7 +81,8 @@ pub(crate) struct Estimate {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EstimatorName {
-    /// Surfaces fitted at each vertex, at a scale that follows the noise of the mesh. Sums over the mesh come from `vertex`
+    /// Surfaces fitted at each vertex, at a scale that follows the noise of the mesh. Sums over the mesh come from
+    /// `vertex`, except with `--as arrows`
     #[default]
     Auto,
     /// Angles and dihedral angles at each vertex, as in the papers
