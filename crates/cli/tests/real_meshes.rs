@@ -37,7 +37,8 @@ fn info_of_every_file_agrees_with_the_table() {
             println!("{}: not there", fields[0]);
             continue;
         }
-        let welded: &[&str] = if fields[1] == "weld" { &["--weld", "exact"] } else { &[] };
+        let weld = if fields[1] == "weld" { "exact" } else { "none" };
+        let welded: &[&str] = &["--weld", weld];
         let output = curvmesh(&[&["info", path.to_str().unwrap(), "--json"], welded].concat());
         if !output.status.success() {
             assert_eq!(output.status.code(), Some(3), "{}", fields[0]);

@@ -394,18 +394,19 @@ proptest! {
             [[a, b], [a, c], [b, c]]
         };
         let rims: Vec<[[u64; 3]; 2]> = before.iter().flat_map(sides).collect();
-        let touches_itself = |&hole: &HalfEdgeId| {
-            let loop_of = mesh.topology().boundary_loop(hole);
-            let mut keys: Vec<_> =
-                loop_of.map(|h| key(mesh.topology().origin(h), &mesh)).collect();
-            keys.sort_unstable();
-            keys.windows(2).any(|pair| pair[0] == pair[1])
-        };
-        let holes = mesh.topology().boundary_loops();
-        let touching: Vec<HalfEdgeId> = holes.into_iter().filter(touches_itself).collect();
         let report = mesh.fill_holes(&FillOptions { optimal_edges, ..FillOptions::default() });
         mesh.topology().validate().unwrap();
-        let is_simple = |hole: &&FilledHole| !touching.contains(&hole.half_edge);
+        let is_simple = |hole: &&FilledHole| {
+            let topology = mesh.topology();
+            let sides = hole.faces.iter().flat_map(|&f| topology.face_half_edges(f));
+            let is_rim = |h: &HalfEdgeId| {
+                topology.face(h.twin()).is_none_or(|other| !hole.faces.contains(&other))
+            };
+            let mut keys: Vec<_> =
+                sides.filter(is_rim).map(|h| key(topology.origin(h), &mesh)).collect();
+            keys.sort_unstable();
+            keys.windows(2).all(|pair| pair[0] != pair[1])
+        };
         let simple: Vec<&FilledHole> = report.filled.iter().filter(is_simple).collect();
         let new: Vec<FaceId> = simple.iter().flat_map(|hole| hole.faces.clone()).collect();
         let new = places(&mesh, &new);

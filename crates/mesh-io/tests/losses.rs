@@ -322,8 +322,8 @@ fn ply_names_the_pictures_of_textures() {
     let as_text = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
     let (bytes, lost) = written_with(&model, Format::Ply, &as_text);
     assert_eq!((String::from_utf8(bytes).unwrap(), lost), (text.to_owned(), Vec::new()));
-    // From another format there is no number of pictures among the numbers of faces, and materials are more.
-    let mut other = Model { face_scalars: Vec::new(), ..model.clone() };
+    // Materials of another format are more.
+    let mut other = model.clone();
     other.materials[1].name = "varnish".to_owned();
     let (bytes, lost) = written_with(&other, Format::Ply, &as_text);
     assert_eq!(String::from_utf8(bytes).unwrap(), text);
@@ -332,7 +332,7 @@ fn ply_names_the_pictures_of_textures() {
         "{lost:?}"
     );
     // One picture for all faces needs no numbers.
-    let one = Model { face_materials: Some(vec![0; 3]), face_scalars: Vec::new(), ..model.clone() };
+    let one = Model { face_materials: Some(vec![0; 3]), ..model.clone() };
     let (bytes, lost) = written_with(&one, Format::Ply, &as_text);
     assert!(lost.is_empty() && !String::from_utf8(bytes.clone()).unwrap().contains("texnumber"));
     assert_eq!(parsed(&bytes).face_materials, Some(vec![0; 3]));

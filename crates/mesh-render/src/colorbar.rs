@@ -42,16 +42,17 @@ impl ColorBar {
         let strip = (gap + bar + gap + widest).max(gap + title.width) + gap;
         let mut whole = picture.with_strip(strip, background)?;
         let left = i64::from(picture.width() + gap);
-        // Room for the name above and half a line below, and for arrows.
         let arrow = i64::from(gap);
-        let top = i64::from(title.height(font)) + arrow;
-        let bottom = (i64::from(picture.height()) - i64::from(line) - arrow).max(top + 1);
+        let [below, above] = self.scale.beyond;
+        // Room for the name above and half a line below, and for arrows.
+        let top = i64::from(title.height(font)) + arrow * i64::from(above);
+        let end = i64::from(picture.height()) - i64::from(line) - arrow * i64::from(below);
+        let bottom = end.max(top + 1);
         let place = |row: i64| (bottom - row) as f64 / (bottom - top) as f64;
         for row in top..bottom {
             let [r, g, b] = self.scale.colors.at(place(row));
             whole.fill([left, row], [i64::from(bar), 1], [r, g, b, 255]);
         }
-        let [below, above] = self.scale.beyond;
         for (is_there, row, step, end) in [(above, top - 1, -1, 1.0), (below, bottom, 1, 0.0)] {
             if is_there {
                 let color = self.scale.colors.at(end);
@@ -138,11 +139,13 @@ mod tests {
             let picture = Picture::new([300, 400], [255; 4]).unwrap();
             ColorBar::new(scale, "H").beside(&picture, Some([255; 3])).unwrap()
         };
+        // Whether an outline is at the upper and at the lower end.
         let ends = |beyond: [bool; 2]| {
-            let (with, without) = (bar(beyond), bar([false; 2]));
-            let differs = |y: u32| (308..324).any(|x| with.pixel(x, y) != without.pixel(x, y));
-            [(0..200).any(differs), (200..400).any(differs)]
+            let whole = bar(beyond);
+            let is_ink = |y: u32| (308..324).any(|x| whole.pixel(x, y) == Some([20, 20, 20, 255]));
+            [(32..40).any(is_ink), (376..384).any(is_ink)]
         };
+        assert_eq!(ends([false, false]), [false, false]);
         assert_eq!(ends([true, false]), [false, true]);
         assert_eq!(ends([false, true]), [true, false]);
     }

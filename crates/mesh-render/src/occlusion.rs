@@ -6,16 +6,18 @@
 //! directions is the occlusion. Source: Bavoil, Sainz, Dimitrov 2008, Image-space horizon-based ambient occlusion; there
 //! the tangent plane takes the place of the opposite direction.
 
-use core::f32::consts::{FRAC_1_PI, PI};
+use core::f32::consts::FRAC_1_PI;
 
 use mesh_core::parallel;
 
 use crate::raster::{Canvas, Triangle, depths};
 
-/// The pairs of opposite directions.
-const PAIRS: u16 = 8;
+/// Steps to neighbours in eight directions, about evenly around half a circle. With whole steps, all pixels of a direction
+/// and of the opposite one lie on one line, and a plane hides nothing.
+const DIRECTIONS: [[i16; 2]; 8] =
+    [[1, 0], [2, 1], [1, 1], [1, 2], [0, 1], [-1, 2], [-1, 1], [-2, 1]];
 
-/// The pixels that are compared in each direction.
+/// The most pixels that are compared in each direction.
 const STEPS: u16 = 8;
 
 /// How far they are, as a share of the shorter side of the picture.
@@ -56,21 +58,16 @@ type Way = Vec<([i32; 2], f32)>;
 
 /// The ways of each pair of directions, up to a distance in pixels. Near pixels are closer together.
 fn steps(reach: f32) -> Vec<[Way; 2]> {
-    let way = |angle: f32| -> Way {
-        let step = |i: u16| {
-            let length = reach * (f32::from(i) / f32::from(STEPS)).powi(2) + f32::from(i);
-            #[expect(clippy::cast_possible_truncation, reason = "within the picture")]
-            let [x, y] = [angle.cos(), angle.sin()].map(|part| (part * length).round() as i32);
-            ([x, y], (x as f32).hypot(y as f32))
-        };
-        (1..=STEPS).map(step).filter(|&(_, length)| length > 0.0).collect()
+    let way = |[x, y]: [i16; 2], sign: i16| -> Way {
+        let length = f32::from(x).hypot(f32::from(y));
+        #[expect(clippy::cast_possible_truncation, reason = "within the picture")]
+        let multiple = |i: u16| (reach / length * (f32::from(i) / f32::from(STEPS)).powi(2)) as i32;
+        let mut multiples: Vec<i32> = (1..=STEPS).map(|i| multiple(i).max(i32::from(i))).collect();
+        multiples.dedup();
+        let step = |k: i32| [x, y].map(|part| k * i32::from(sign * part));
+        multiples.into_iter().map(|k| (step(k), k as f32 * length)).collect()
     };
-    (0..PAIRS)
-        .map(|pair| {
-            let angle = PI * f32::from(pair) / f32::from(PAIRS);
-            [way(angle), way(angle + PI)]
-        })
-        .collect()
+    DIRECTIONS.map(|direction| [way(direction, 1), way(direction, -1)]).into()
 }
 
 /// The part of the light from around that is hidden at a pixel, from 0 to 1.
@@ -92,7 +89,7 @@ fn occlusion(depth: &[f32], width: usize, [column, row]: [usize; 2], steps: &[[W
         (Some(there), Some(back)) => (there + back).max(0.0) * FRAC_1_PI,
         _ => 0.0,
     };
-    steps.iter().map(hidden).sum::<f32>() / f32::from(PAIRS)
+    steps.iter().map(hidden).sum::<f32>() / DIRECTIONS.len() as f32
 }
 
 #[cfg(test)]
@@ -115,11 +112,11 @@ mod tests {
         // A ridge hides nothing. A valley whose sides rise by 45 degrees hides half of the half circle across it.
         assert!(at_middle(|x, _| -x.abs()) < 1e-4);
         let valley = at_middle(|x, _| x.abs());
-        let across = |pair: u16| {
-            let slope = (PI * f32::from(pair) / f32::from(PAIRS)).cos().abs();
+        let across = |[x, y]: [i16; 2]| {
+            let slope = f32::from(x.abs()) / f32::from(x).hypot(f32::from(y));
             2.0 * slope.atan() * FRAC_1_PI
         };
-        let expected = (0..PAIRS).map(across).sum::<f32>() / f32::from(PAIRS);
+        let expected = DIRECTIONS.map(across).iter().sum::<f32>() / DIRECTIONS.len() as f32;
         assert!((valley - expected).abs() < 0.02, "{valley} {expected}");
         assert!(at_middle(|x, y| 2.0 * x.hypot(y)) > valley);
     }

@@ -287,7 +287,7 @@ impl<'a> Key<'a> {
                 let [left, right, middle, base, tip] = corners;
                 let (color, ink) = (hex(scale.colors.at(end)), hex(INK));
                 page.line(&format!(
-                    r#"<path d="M{left} {base}L{right} {base}L{middle} {tip}Z" fill="{color}" stroke="{ink}"/>"#
+                    r#"<path fill="{color}" stroke="{ink}" d="M{left} {base}L{right} {base}L{middle} {tip}Z"/>"#
                 ));
             }
         }

@@ -8,7 +8,6 @@ use mesh_core::build::{BuildError, Repair, Weld, count_seam_edges};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use mesh_core::measure::SoupMeasures;
 use mesh_io::{Format, Model};
-use mesh_work::splits_vertices;
 use out_of_core::Statistics;
 use serde::Serialize;
 
@@ -26,7 +25,7 @@ use crate::task::{Done, Report, Task};
 /// Count the parts and defects of a mesh, and measure it
 ///
 /// Works on any file that can be read, and reports it as it is, defects included. Copies of a vertex
-/// count as one where the format makes them, as glTF does at seams; `--weld none` counts them apart.
+/// count as one in glTF, which makes them at seams; `--weld none` counts them apart.
 /// With repairs, it reports the repaired mesh; with `--weld` alone, the welded file with its other
 /// defects. A glTF scene is shown as a tree.
 ///
@@ -152,8 +151,8 @@ fn rejected(input: &Path, source: BuildError) -> Failure {
     Failure::Build { path: input.to_owned(), source: Box::new(source), joined: false }
 }
 
-/// The file as it is or welded, or the mesh that repairs make of it. Copies of a vertex in a format that splits vertices
-/// are joined, as all other commands do; also returns their number.
+/// The file as it is or welded, or the mesh that repairs make of it. Copies of a vertex in glTF, which has no other way to
+/// write seams, are joined as all other commands do; also returns their number.
 fn subject(
     loading: &Loading,
     input: &Path,
@@ -162,8 +161,7 @@ fn subject(
     console: &Console,
 ) -> Result<(PolygonSoup, usize), Failure> {
     let mut repair = loading.repairs(&model)?;
-    let splits = splits_vertices(&model, is_gltf.then_some(Format::Gltf));
-    let joins = splits && loading.repair.weld.is_none() && !loading.repair.strict;
+    let joins = is_gltf && loading.repair.weld.is_none() && !loading.repair.strict;
     if joins && repair.weld == Weld::None {
         repair.weld = Weld::Exact;
     }

@@ -11,8 +11,12 @@
 //!    once: three missing faces around a face that is left are two loops (around the face, and around all), and become
 //!    three. The loop around a single face cannot be filled.
 //!
+//! Of more than two fans, the boundary leads from one to the next counter-clockwise around the vertex.
+//!
 //! Copies are vertices at equal positions on the boundary. They stay apart where two of them have a neighbour at the
 //! same position: the surface was cut along an edge there, or has a crack.
+
+use glam::DVec3;
 
 use crate::build::position_key;
 use crate::index::as_u32;
@@ -24,7 +28,8 @@ use crate::topology::handle::{HalfEdgeId, VertexId};
 /// Copies of a vertex that were joined; the first one is the vertex now.
 pub(crate) type Joined = Vec<VertexId>;
 
-/// The groups of boundary vertices at one position that no two edges at one place keep apart.
+/// The groups of boundary vertices at one position that no two edges at one place keep apart, each counter-clockwise
+/// around the sum of the normals of its faces.
 pub(super) fn boundary_copies(mesh: &TriMesh) -> Vec<Vec<VertexId>> {
     let topology = mesh.topology();
     let key = |v: VertexId| position_key(mesh.position(v));
@@ -43,10 +48,33 @@ pub(super) fn boundary_copies(mesh: &TriMesh) -> Vec<Vec<VertexId>> {
         around.windows(2).all(|pair| pair[0] != pair[1])
     };
     let groups = places.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1);
-    groups.filter(are_apart).map(|group| group.iter().map(|place| place.1).collect()).collect()
+    let groups = groups.filter(are_apart);
+    groups
+        .map(|group| counter_clockwise(mesh, group.iter().map(|place| place.1).collect()))
+        .collect()
 }
 
-/// Per place where a loop is divided, the copies in the order in which the loop passes through them.
+/// Copies of a vertex by the direction in which the boundary leaves them: there their faces end, counter-clockwise.
+fn counter_clockwise(mesh: &TriMesh, mut copies: Vec<VertexId>) -> Vec<VertexId> {
+    if copies.len() > 2 {
+        let topology = mesh.topology();
+        let faces = copies.iter().flat_map(|&copy| topology.faces_of_vertex(copy));
+        let normal: DVec3 = faces.map(|face| mesh.face_normal(face)).sum();
+        let (across, along) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
+        let direction = |copy: VertexId| {
+            let away = topology
+                .one_ring(copy)
+                .next()
+                .map_or(DVec3::ZERO, |v| mesh.position(v) - mesh.position(copy));
+            away.dot(along).atan2(away.dot(across))
+        };
+        copies.sort_by(|&a, &b| direction(a).total_cmp(&direction(b)));
+    }
+    copies
+}
+
+/// Per place where a loop with all copies of a vertex is divided, the copies in the order in which the loop passes
+/// through them.
 fn divisions(topology: &Topology, groups: &[Vec<VertexId>]) -> Vec<Joined> {
     const NONE: u32 = u32::MAX;
     let mut group_of = vec![NONE; topology.vertex_capacity()];
@@ -82,6 +110,7 @@ fn divisions(topology: &Topology, groups: &[Vec<VertexId>]) -> Vec<Joined> {
         }
         path.drain(..).for_each(|(group, _)| forget(&mut on_path, &mut list_of, group));
     }
+    joined.retain(|copies| copies.len() == groups[group_of[copies[0].index()] as usize].len());
     joined
 }
 
@@ -101,7 +130,7 @@ impl Topology {
             self.join_copies(copies);
             copies.iter().for_each(|v| is_joined[v.index()] = true);
         }
-        groups.retain(|group| group.len() == 2 && group.iter().all(|v| !is_joined[v.index()]));
+        groups.retain(|group| group.iter().all(|v| !is_joined[v.index()]));
         joined.extend(self.join_between_loops(&groups));
         joined
     }
@@ -153,22 +182,22 @@ impl Topology {
         }
     }
 
-    /// Joins pairs of copies in different loops where that makes more loops that can be filled.
-    fn join_between_loops(&mut self, pairs: &[Vec<VertexId>]) -> Vec<Joined> {
+    /// Joins copies in different loops where that makes more loops that can be filled.
+    fn join_between_loops(&mut self, groups: &[Vec<VertexId>]) -> Vec<Joined> {
         let mut loop_of = vec![0; self.vertex_capacity()];
         let starts = self.boundary_loops();
         for (&start, i) in starts.iter().zip(0..) {
             self.boundary_loop(start).for_each(|h| loop_of[self.origin(h).index()] = i);
         }
         let mut clusters = DisjointSets::new(starts.len());
-        for pair in pairs {
-            clusters.union(loop_of[pair[0].index()], loop_of[pair[1].index()]);
+        for (a, b) in groups.iter().flat_map(|group| group.iter().zip(&group[1..])) {
+            clusters.union(loop_of[a.index()], loop_of[b.index()]);
         }
         let mut members: Vec<(u32, u32)> =
             (0..as_u32(starts.len())).map(|i| (clusters.find(i), i)).collect();
         members.sort_unstable();
         let mut by_cluster: Vec<(u32, &Vec<VertexId>)> =
-            pairs.iter().map(|pair| (clusters.find(loop_of[pair[0].index()]), pair)).collect();
+            groups.iter().map(|group| (clusters.find(loop_of[group[0].index()]), group)).collect();
         by_cluster.sort_by_key(|entry| entry.0);
         let mut joined = Vec::new();
         for cluster in by_cluster.chunk_by(|a, b| a.0 == b.0) {
@@ -181,11 +210,11 @@ impl Topology {
                 loops.iter().flat_map(|&(_, i)| self.boundary_loop(starts[i as usize])).collect();
             let is_fillable = |&&(_, i): &&(u32, u32)| !self.is_around_face(starts[i as usize]);
             let fillable = loops.iter().filter(is_fillable).count();
-            cluster.iter().for_each(|(_, pair)| self.join_copies(pair));
+            cluster.iter().for_each(|(_, group)| self.join_copies(group));
             if self.simple_loops(&sides).is_some_and(|count| count > fillable) {
-                joined.extend(cluster.iter().map(|(_, pair)| (*pair).clone()));
+                joined.extend(cluster.iter().map(|(_, group)| (*group).clone()));
             } else {
-                cluster.iter().for_each(|(_, pair)| self.cut_fans_at(pair));
+                cluster.iter().for_each(|(_, group)| self.cut_fans_at(group));
             }
         }
         joined

@@ -7,6 +7,7 @@
 use super::columns::{FaceColumns, VertexColumns};
 use super::header::{self, Element, Storage};
 use super::records::{Column, Record, each_record, note_more};
+use super::textures::NUMBER;
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
@@ -297,7 +298,7 @@ impl Reader<'_, '_> {
         let each = (size_of::<Material>() + size_of::<Image>()) as u64;
         let at = self.input.here();
         self.input.spend(each * count as u64 + 4 * faces as u64, || at)?;
-        let number = self.model.face_scalars.iter().find(|scalars| scalars.name == "texnumber");
+        let number = self.model.face_scalars.iter().find(|scalars| scalars.name == NUMBER);
         if number.is_none() && count > 1 {
             self.notes
                 .add(format!("took the first of {count} textures: no face says which it has"));
@@ -315,6 +316,7 @@ impl Reader<'_, '_> {
             Some(scalars) => scalars.values.iter().map(place).collect(),
             None => vec![0; faces],
         });
+        self.model.face_scalars.retain(|scalars| scalars.name != NUMBER);
         self.model.materials = (0..as_u32(count))
             .map(|image| Material { base_color_image: Some(image), ..Material::default() })
             .collect();

@@ -10,8 +10,7 @@ pub(super) const NUMBER: &str = "texnumber";
 pub(crate) struct Textures<'m> {
     /// The picture of each material.
     pub(super) names: Vec<&'m str>,
-    /// The material of every face, -1 without one. `None` if all faces have the first, or if named numbers of the model
-    /// say the same.
+    /// The material of every face, -1 without one. `None` if all faces have the first.
     pub(super) numbers: Option<Vec<i32>>,
     /// The number of materials that are more than a picture. The file has no place for their names and looks.
     pub(crate) more_than_pictures: u64,
@@ -34,11 +33,7 @@ impl<'m> Textures<'m> {
         if numbers.iter().all(|&number| number < 0) {
             return None;
         }
-        let are_there = model.face_scalars.iter().any(|scalars| {
-            scalars.name == NUMBER
-                && scalars.values.iter().eq(numbers.iter().map(|&n| f64::from(n)))
-        });
-        let is_needed = !are_there && numbers.iter().any(|&number| number != 0);
+        let is_needed = numbers.iter().any(|&number| number != 0);
         let more = |material: &&Material| {
             let picture = material.base_color_image;
             **material != Material { base_color_image: picture, ..Material::default() }
