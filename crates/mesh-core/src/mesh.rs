@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::build::soup::PolygonSoup;
 use crate::edit::compact::{Remap, RemapOf};
 use crate::edit::{
-    AddedFace, Collapsed, EdgeSplit, FaceSplit, Joined, LegalCollapse, LegalEdgeSplit, LegalFace,
+    AddedFace, Collapsed, EdgeSplit, FaceSplit, LegalCollapse, LegalEdgeSplit, LegalFace,
     LegalFaceSplit, LegalFlip, LegalRemoval, NoRoom, RemovedFace, Ring,
 };
 use crate::index::as_u32;
@@ -306,12 +306,12 @@ impl TriMesh {
     }
 
     /// Joins copies of vertices where holes meet; see [`Topology::join_pinched_holes`].
-    pub(crate) fn join_pinched_holes(&mut self, copies: Vec<Vec<VertexId>>) -> Vec<Joined> {
+    pub(crate) fn join_pinched_holes(&mut self, copies: Vec<Vec<VertexId>>) -> Vec<Vec<VertexId>> {
         self.topology.join_pinched_holes(copies)
     }
 
     /// Cuts joined copies that no faces join; see [`Topology::cut_open_fans`].
-    pub(crate) fn cut_open_fans(&mut self, joined: &[Joined]) {
+    pub(crate) fn cut_open_fans(&mut self, joined: &[Vec<VertexId>]) {
         self.topology.cut_open_fans(joined);
     }
 

@@ -269,8 +269,7 @@ fn parts_are_shown_alone() {
     browser.set("one", "2");
     let of_part = browser.number("curvmesh.state.half");
     assert!(of_part < 0.6 * half, "{of_part} {half}");
-    let inked = browser.canvas().inked();
-    assert!(inked > 0.002, "{inked}");
+    assert!(browser.canvas().inked() > 0.0);
     browser.set("one", "1");
     assert_eq!(browser.number("curvmesh.state.half"), half);
     let names = "[...document.querySelectorAll('#names bdi')].map(name => name.textContent).join()";
@@ -553,8 +552,9 @@ fn zoom_goes_to_the_pointer_and_double_clicks_centre() {
         "(() => { const r = canvas.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()",
     );
     let corner: Vec<f64> = serde_json::from_value(corner).unwrap();
-    // Well inside the outline.
-    let find = "(() => { for (let x = 200; x < 700; x += 7) if (curvmesh.point(x, 300)) return x + 28; })()";
+    // The middle of what is hit first from the left: the surface there faces the camera.
+    let find = "(() => { let from = null; for (let x = 200; x < 900; x += 7) { const hit = curvmesh.point(x, 300); \
+                if (hit && from === null) from = x; if (!hit && from !== null) return Math.round((from + x) / 2); } })()";
     let distance = |a: &Value, b: &Value| {
         let pairs = (0..3).map(|i| a[i].as_f64().unwrap() - b[i].as_f64().unwrap());
         pairs.map(|d| d * d).sum::<f64>().sqrt()

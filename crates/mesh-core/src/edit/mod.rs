@@ -42,6 +42,5 @@ pub use collapse::{CollapseRefusal, Collapsed, LegalCollapse};
 pub use face::{AddedFace, FaceRefusal, LegalFace, LegalRemoval, RemovalRefusal, RemovedFace};
 pub use flip::{FlipRefusal, LegalFlip};
 pub use links::NoRoom;
-pub(crate) use pinched_holes::Joined;
 pub(crate) use ring::{Ring, RingOrder};
 pub use split::{EdgeSplit, FaceSplit, LegalEdgeSplit, LegalFaceSplit, SplitRefusal};

@@ -25,9 +25,6 @@ use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::half_edges::Topology;
 use crate::topology::handle::{HalfEdgeId, VertexId};
 
-/// Copies of a vertex that were joined; the first one is the vertex now.
-pub(crate) type Joined = Vec<VertexId>;
-
 /// The groups of boundary vertices at one position that no two edges at one place keep apart, each counter-clockwise
 /// around the sum of the normals of its faces.
 pub(super) fn boundary_copies(mesh: &TriMesh) -> Vec<Vec<VertexId>> {
@@ -75,7 +72,7 @@ fn counter_clockwise(mesh: &TriMesh, mut copies: Vec<VertexId>) -> Vec<VertexId>
 
 /// Per place where a loop with all copies of a vertex is divided, the copies in the order in which the loop passes
 /// through them.
-fn divisions(topology: &Topology, groups: &[Vec<VertexId>]) -> Vec<Joined> {
+fn divisions(topology: &Topology, groups: &[Vec<VertexId>]) -> Vec<Vec<VertexId>> {
     const NONE: u32 = u32::MAX;
     let mut group_of = vec![NONE; topology.vertex_capacity()];
     for (group, i) in groups.iter().zip(0..) {
@@ -84,7 +81,7 @@ fn divisions(topology: &Topology, groups: &[Vec<VertexId>]) -> Vec<Joined> {
     // Per group, where on the path its vertex is, and the number of its list of copies.
     let mut on_path = vec![NONE; groups.len()];
     let mut list_of = vec![NONE; groups.len()];
-    let mut joined: Vec<Joined> = Vec::new();
+    let mut joined: Vec<Vec<VertexId>> = Vec::new();
     // The groups of the loop so far, without the parts that were divided off.
     let mut path: Vec<(u32, VertexId)> = Vec::new();
     for boundary in topology.boundaries() {
@@ -121,9 +118,12 @@ fn forget(on_path: &mut [u32], list_of: &mut [u32], group: u32) {
 }
 
 impl Topology {
-    /// Joins copies of vertices where holes meet. The surface is a manifold again after
-    /// [`cut_open_fans`](Self::cut_open_fans).
-    pub(crate) fn join_pinched_holes(&mut self, mut groups: Vec<Vec<VertexId>>) -> Vec<Joined> {
+    /// Joins copies of vertices where holes meet. Returns the copies of each, of which the first is the vertex now. The
+    /// surface is a manifold again after [`cut_open_fans`](Self::cut_open_fans).
+    pub(crate) fn join_pinched_holes(
+        &mut self,
+        mut groups: Vec<Vec<VertexId>>,
+    ) -> Vec<Vec<VertexId>> {
         let mut joined = divisions(self, &groups);
         let mut is_joined = vec![false; self.vertex_capacity()];
         for copies in &joined {
@@ -136,7 +136,7 @@ impl Topology {
     }
 
     /// Makes the surface a manifold again where faces do not join the fans at copies that were joined.
-    pub(crate) fn cut_open_fans(&mut self, joined: &[Joined]) {
+    pub(crate) fn cut_open_fans(&mut self, joined: &[Vec<VertexId>]) {
         joined.iter().for_each(|copies| self.cut_fans_at(copies));
     }
 
@@ -183,7 +183,7 @@ impl Topology {
     }
 
     /// Joins copies in different loops where that makes more loops that can be filled.
-    fn join_between_loops(&mut self, groups: &[Vec<VertexId>]) -> Vec<Joined> {
+    fn join_between_loops(&mut self, groups: &[Vec<VertexId>]) -> Vec<Vec<VertexId>> {
         let mut loop_of = vec![0; self.vertex_capacity()];
         let starts = self.boundary_loops();
         for (&start, i) in starts.iter().zip(0..) {

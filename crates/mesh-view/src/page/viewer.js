@@ -1721,7 +1721,8 @@ viewer.save = savePicture;
 
 const fingers = new Map();
 const local = event => { const box = canvas.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
-let moved = 0, waiting = null, anchor = null, isTouch = false;
+let moved = 0, waiting = null, anchor = null, anchoredIn = '', isTouch = false;
+const viewNow = () => cameraNow() + state.perspective;
 canvas.addEventListener('pointerdown', event => {
   canvas.setPointerCapture(event.pointerId);
   // Who turns the mesh has found the way.
@@ -1777,9 +1778,11 @@ element('border').addEventListener('pointermove', event => {
 canvas.addEventListener('contextmenu', event => event.preventDefault());
 canvas.addEventListener('wheel', event => {
   event.preventDefault();
-  // While the pointer rests, the point under it stays the same.
+  // While the pointer rests and nothing else moves the camera, the point under it stays the same.
+  if (anchoredIn !== viewNow()) anchor = null;
   anchor ??= anchorAt(...local(event));
   zoom(Math.exp(Math.max(-60, Math.min(60, event.deltaY * (event.deltaMode ? 30 : 1))) * 0.0022), anchor);
+  anchoredIn = viewNow();
 }, { passive: false });
 function centre(x, y) {
   const hit = pick(x, y);

@@ -65,6 +65,8 @@ struct OfMesh {
     faces: usize,
     vertices: usize,
     collapses: usize,
+    /// The numbers of charts before and after; null if none were merged.
+    charts: Option<[usize; 2]>,
     mean: f64,
     rms: f64,
     max: f64,
@@ -201,6 +203,7 @@ impl OfMesh {
             faces: mesh.faces[1],
             vertices: mesh.vertices,
             collapses: mesh.collapses,
+            charts: mesh.charts,
             mean: mesh.mean,
             rms: mesh.rms,
             max: mesh.max,

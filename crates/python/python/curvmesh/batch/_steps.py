@@ -407,6 +407,7 @@ STEPS = {
             "bar": _FLAG,
             "label": _TEXT,
             "transparent": _FLAG,
+            "occlusion": _NUMBER,
             "supersampling": _COUNT,
             "name": _FILE,
         },
