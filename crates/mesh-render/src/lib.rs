@@ -7,8 +7,8 @@ pub mod colormap;
 mod error;
 pub mod labels;
 pub mod legend;
-#[cfg(feature = "textures")]
 mod occlusion;
+#[cfg(feature = "textures")]
 mod painting;
 mod picture;
 mod raster;
