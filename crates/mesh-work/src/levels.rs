@@ -170,10 +170,10 @@ impl LevelSteps {
         Ok(LevelPlan { options, attributes, kept })
     }
 
-    /// The wanted numbers of faces that are fewer than the fewest faces of the levels.
+    /// The wanted numbers of faces that even the coarsest of the levels exceeds.
     #[must_use]
     pub fn missed_faces(&self, mesh: &TriMesh, levels: &[LevelOfDetail]) -> Vec<usize> {
-        let fewest = levels.iter().map(|level| level.mesh.topology().face_count()).min();
+        let fewest = levels.last().map(|level| level.mesh.topology().face_count());
         self.wanted(mesh).filter(|&wanted| fewest.is_some_and(|fewest| wanted < fewest)).collect()
     }
 

@@ -25,9 +25,9 @@ use crate::task::{Done, Report, Task};
 /// Count the parts and defects of a mesh, and measure it
 ///
 /// Works on any file that can be read, and reports it as it is, defects included. Copies of a vertex
-/// count as one in glTF, which makes them at seams; `--weld none` counts them apart.
-/// With repairs, it reports the repaired mesh; with `--weld` alone, the welded file with its other
-/// defects. A glTF scene is shown as a tree.
+/// count as one in glTF, which makes them at seams; `--weld none` counts them apart. With repairs, it
+/// reports the repaired mesh; with `--weld` alone, the welded file with its other defects. A glTF
+/// scene is shown as a tree.
 ///
 ///     curvmesh info scan.ply
 ///     curvmesh info scans/

@@ -229,10 +229,10 @@ impl Topology {
 
     /// The number of loops that half-edges form, if none of them passes through a vertex twice.
     fn simple_loops(&self, sides: &[HalfEdgeId]) -> Option<usize> {
-        let mut ends: Vec<(HalfEdgeId, u32)> = sides.iter().map(|&h| (h, 0)).collect();
-        ends.sort_unstable();
-        let place = |h: HalfEdgeId| ends.partition_point(|end| end.0 < h);
-        let mut loop_of = vec![0; ends.len()];
+        let mut sorted = sides.to_vec();
+        sorted.sort_unstable();
+        let place = |h: HalfEdgeId| sorted.partition_point(|&other| other < h);
+        let mut loop_of = vec![0; sides.len()];
         let mut loops = 0;
         for &side in sides {
             if loop_of[place(side)] > 0 {

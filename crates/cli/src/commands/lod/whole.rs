@@ -95,15 +95,16 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     .map_err(failed)?;
     spinner.finish_and_clear();
     let missed_faces = steps.missed_faces(&loaded.mesh, &levels);
-    if let (Some(path), [_, ..]) = (&options.replay, missed_faces.as_slice()) {
-        let fewest = levels.iter().map(|level| level.mesh.topology().face_count()).min();
+    let (mut levels, models) = told(levels);
+    if let (Some(path), Some(coarsest), false) =
+        (&options.replay, levels.last(), missed_faces.is_empty())
+    {
         console.message(format_args!(
             "{}: the record ends at {}, more than were asked for; make a record of more levels",
             printable(path.display()),
-            counted(fewest.unwrap_or_default(), "faces")
+            counted(coarsest.faces, "faces")
         ));
     }
-    let (mut levels, models) = told(levels);
     Seconds::time(&mut seconds.save, || {
         write(&place, &loaded, &mut levels, &models, &record, options, console)
     })?;

@@ -328,11 +328,11 @@ def image_of(pixels: Any, name: str, notes: list[str]) -> dict[str, Any] | None:
             notes.append(f"a texture of {pixels.dtype} was rounded to 8 bits")
             pixels = np.round(np.clip(np.nan_to_num(pixels * np.float64(scale)), 0, 255)).astype(np.uint8)
         pixels = Image.fromarray(pixels[..., 0] if pixels.ndim == 3 and pixels.shape[2] == 1 else pixels)
-    elif pixels.mode not in ("1", "L", "LA", "P", "RGB", "RGBA", "I", "I;16"):
-        notes.append(f"a texture of mode {pixels.mode} was converted to RGB")
     written = io.BytesIO()
-    picture = pixels if pixels.mode in ("1", "L", "LA", "P", "RGB", "RGBA", "I", "I;16") else pixels.convert("RGB")
-    picture.save(written, "PNG")
+    if pixels.mode not in ("1", "L", "LA", "P", "RGB", "RGBA", "I", "I;16"):
+        notes.append(f"a texture of mode {pixels.mode} was converted to RGB")
+        pixels = pixels.convert("RGB")
+    pixels.save(written, "PNG")
     return {"name": name, "media_type": "image/png", "data": written.getvalue()}
 
 
@@ -413,7 +413,7 @@ def _merge_data(whole: Mesh, meshes: Sequence[Mesh], names: Sequence[str], on: s
     for name in dict.fromkeys(name for part in parts for name in part if name not in ("groups", "materials")):
         rows = [part[name] if name in part else None for part in parts]
         found[name] = _in_one(name, rows, size, notes)
-        if name == "colors" and None in [None if row is None else 0 for row in rows]:
+        if name == "colors" and any(row is None for row in rows):
             without = ", ".join(repr(part) for part, row in zip(names, rows) if row is None)
             notes.append(f"{without} without colours: they are unknown there (NaN), and white in files")
     getattr(whole, on).update(found)
