@@ -6,6 +6,7 @@ use crate::curvature_error::{CurvatureError, check_radius};
 use crate::direction::Direction;
 use crate::disc_curvature::DiscCurvature;
 use crate::disc_size::DiscSize;
+use crate::local_fit::LocalFit;
 use crate::local_scale::LocalScale;
 use crate::local_section::LocalSection;
 use crate::params::{NormalRule, Params};
@@ -169,7 +170,11 @@ impl<'a> CurvatureEstimator<'a> {
         let face_plane = TangentPlane::of_face(self.mesh, point)?;
         let face_sections = self.local_sections(&face_plane);
         let disc_plane = (self.params.normal == NormalRule::Disc).then(|| {
-            self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
+            if self.params.fits_circles() {
+                face_plane.tilted(LocalFit::new(&self.directions, &face_sections)?.gradient())
+            } else {
+                self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
+            }
         });
         let (plane, sections) = match disc_plane.flatten() {
             Some(plane) => (plane, self.local_sections(&plane)),
@@ -182,8 +187,12 @@ impl<'a> CurvatureEstimator<'a> {
             wrapped: sections.iter().any(|local| local.wrapped),
             face_normal_kept: disc_plane == Some(None),
         };
-        let weighted = sections.iter().map(LocalSection::weighted);
-        let principal = Principal::of_local_sections(&self.params, &self.directions, weighted);
+        let principal = if self.params.fits_circles() {
+            LocalFit::new(&self.directions, &sections).map(|fit| fit.principal())
+        } else {
+            let weighted = sections.iter().map(LocalSection::weighted);
+            Principal::of_sections(&self.params, &self.directions, weighted)
+        };
         disc_curvature(&plane, radius, principal, flags)
     }
 

@@ -13,6 +13,7 @@ mod export;
 mod fit_test;
 mod height_bracket;
 mod height_test;
+mod local_fit;
 mod local_scale;
 mod local_section;
 mod params;

@@ -113,6 +113,11 @@ impl Params {
             translation: TranslationRule::Always,
         }
     }
+
+    /// Whether sections are measured by circles and curvatures fitted to them: the rules of [`Params::robust`].
+    pub(crate) fn fits_circles(&self) -> bool {
+        (self.principal, self.section) == (PrincipalRule::EulerFit, SectionRule::ThreePointCircle)
+    }
 }
 
 impl Default for Params {

@@ -3,9 +3,9 @@
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 use crate::direction::Direction;
-use crate::params::{Params, PrincipalRule, SectionRule};
+use crate::params::{Params, PrincipalRule};
 use crate::section::Section;
-use crate::section_curvature::{parabola_bend, section_curvature, section_slope};
+use crate::section_curvature::{section_curvature, section_slope};
 
 /// A section and its weight in least-squares fits.
 pub(crate) type WeightedSection<'s> = (&'s Section, f64);
@@ -19,7 +19,7 @@ pub(crate) struct Principal {
 
 impl Principal {
     /// Orders two curvatures, given with their directions. The first of equal ones stays first.
-    fn ordered(first: (f64, DVec2), second: (f64, DVec2)) -> Self {
+    pub(crate) fn ordered(first: (f64, DVec2), second: (f64, DVec2)) -> Self {
         let (max, min) = if second.0 > first.0 { (second, first) } else { (first, second) };
         Self { curvatures: [max.0, min.0], cos_sin: max.1 }
     }
@@ -42,38 +42,6 @@ impl Principal {
                 Some(Self::ordered(min, max))
             }
         }
-    }
-
-    /// The principal curvatures from sections whose lengths depend on the direction.
-    ///
-    /// The circles of two sections with different lengths do not fulfil Euler's formula, even on a
-    /// cylinder. Their parabolas do. The formula is therefore fitted to the second derivatives C of the
-    /// parabolas, and to 1 / X² for the horizontal lengths X of the arcs, which end on an ellipse. For each
-    /// principal direction, the circle that meets the parabola at the distance X has the curvature
-    /// κ = C / (1 + C² X² / 4). The result is exact on spheres and cylinders.
-    pub(crate) fn of_local_sections<'s>(
-        params: &Params,
-        directions: &[Direction],
-        sections: impl Iterator<Item = WeightedSection<'s>>,
-    ) -> Option<Self> {
-        if (params.principal, params.section)
-            != (PrincipalRule::EulerFit, SectionRule::ThreePointCircle)
-        {
-            return Self::of_sections(params, directions, sections);
-        }
-        let rows = sections.map(|(section, weight)| match parabola_bend(section) {
-            Some(bend) => ([bend, -1.0 / (section.forward.x * section.backward.x)], weight),
-            None => ([0.0; 2], 0.0),
-        });
-        let [bends, inverse_squares] = euler_fit(directions, rows)?;
-        let [min, max] = extremes(bends).map(|(bend, at)| {
-            let double = DVec3::new(1.0, at.x * at.x - at.y * at.y, 2.0 * at.x * at.y);
-            let inverse_square = inverse_squares.dot(double);
-            let is_valid = inverse_square > 0.0;
-            let excess = if is_valid { 0.25 * bend * bend / inverse_square } else { 0.0 };
-            (bend / (1.0 + excess), at)
-        });
-        Some(Self::ordered(min, max))
     }
 }
 
@@ -135,7 +103,7 @@ fn euler_fit<const N: usize>(
 }
 
 /// The smallest and the largest value of p + q cos 2φ + r sin 2φ, with their directions.
-fn extremes(fit: DVec3) -> [(f64, DVec2); 2] {
+pub(crate) fn extremes(fit: DVec3) -> [(f64, DVec2); 2] {
     let amplitude = fit.y.hypot(fit.z);
     // The angle of the smallest value; 0 if all directions are equal. Rounding must not choose between
     // the two ends of the range of atan2, which are opposite directions.

@@ -59,13 +59,6 @@ fn three_point_circle(section: &Section) -> f64 {
     if sides == 0.0 { 0.0 } else { -2.0 * (p.x * m.y - m.x * p.y) / sides }
 }
 
-/// The negative second derivative of the parabola through both ends and the origin, positive where convex.
-/// `None` unless the ends are on opposite sides of the origin.
-pub(crate) fn parabola_bend(section: &Section) -> Option<f64> {
-    let Section { forward: p, backward: m, .. } = section;
-    (p.x > 0.0 && m.x < 0.0).then(|| -2.0 * (p.y / p.x - m.y / m.x) / (p.x - m.x))
-}
-
 /// The slope of a section at its origin against the tangent.
 ///
 /// For two full arcs of equal length, this is the slope of the chord. Otherwise it is the slope of the
