@@ -42,7 +42,10 @@ impl LocalFit {
             let points = section.points.iter().filter(is_beyond_first_face);
             points.map(|point| Row::new(direction, point, section.intended.recip()))
         });
-        let rows: Vec<Row> = rows.collect();
+        let mut rows: Vec<Row> = rows.collect();
+        // The unknown slope has the unit of E, so that neither over- nor underflows.
+        let unit = rows.iter().map(|row| row.unit).fold(0.0, f64::max);
+        rows.iter_mut().for_each(|row| row.linear *= row.unit / unit);
         let equations = NormalEquations::new(&rows)?;
         let mut fit = equations.solve(&rows, |row| 2.0 * row.depth * row.unit);
         for _ in 0..STEPS {
@@ -66,6 +69,7 @@ impl LocalFit {
                 break;
             }
         }
+        fit.slope /= unit;
         Some(fit)
     }
 
@@ -101,7 +105,7 @@ impl Row {
             depth: point.depth,
             unit,
             quadratic: point.along * point.along * euler,
-            linear: 2.0 * unit * at,
+            linear: 2.0 * at,
         }
     }
 }
