@@ -1,6 +1,7 @@
 //! Atomic replacement of files: the old file stays complete until the new one is.
 
 use crate::error::{WriteError, shown};
+use crate::temporary;
 use std::fs::{self, File, Metadata};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -46,6 +47,19 @@ pub(crate) fn prepare<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<T, WriteError>,
 ) -> Result<(Beside, T), WriteError> {
+    match fs::metadata(path) {
+        // Before links are resolved: `/dev/stdout` leads to a pipe that has no path.
+        Ok(old) if !old.is_file() && !old.is_dir() => {
+            let result = write_device(path, write).map_err(|error| error.in_file(path))?;
+            let file = Beside { temporary: None, target: path.to_owned(), replaces: true };
+            return Ok((file, result));
+        }
+        // The system may forbid to follow a link that another user has put into a shared folder.
+        Err(source) if source.kind() == ErrorKind::PermissionDenied => {
+            return Err(at(path, source));
+        }
+        _ => {}
+    }
     let target = resolve_link(path).map_err(|source| at(path, source))?;
     let old = match fs::metadata(&target) {
         Ok(metadata) => Some(metadata),
@@ -55,10 +69,6 @@ pub(crate) fn prepare<T>(
     match &old {
         Some(old) if old.is_dir() => Err(at(path, ErrorKind::IsADirectory.into())),
         Some(old) if old.permissions().readonly() => Err(WriteError::ReadOnly(target)),
-        Some(old) if !old.is_file() => {
-            let result = write_device(&target, write).map_err(|error| error.in_file(path))?;
-            Ok((Beside { temporary: None, target, replaces: true }, result))
-        }
         _ => {
             let written = write_beside(&target, old.as_ref(), write);
             let (temporary, result) = written.map_err(|error| error.in_file(path))?;
@@ -106,7 +116,13 @@ fn resolve_link(path: &Path) -> std::io::Result<PathBuf> {
     Err(std::io::Error::other("too many symbolic links lead on from here"))
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The path of a file without links, or of a file that does not exist yet in a folder that does.
+pub(crate) fn place_of(path: &Path) -> Option<PathBuf> {
+    let new = || Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(new)
+}
+
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -134,23 +150,27 @@ fn write_beside<T>(
     let result = write(&mut writer)?;
     let temporary = writer.into_inner().map_err(std::io::IntoInnerError::into_error)?;
     if let Some(old) = old {
-        temporary.as_file().set_permissions(old.permissions())?;
+        temporary.as_file().set_permissions(plain(&old.permissions()))?;
     }
     temporary.as_file().sync_all()?;
     // The file is closed, so that any number of files can wait.
     Ok((temporary.into_temp_path(), result))
 }
 
-/// A temporary file with the permissions of any new file, not the private ones of `tempfile`.
-fn new_temporary(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".mesh-io-");
+/// The permissions without the right to run as the owner or group, who may be others than before.
+fn plain(permissions: &fs::Permissions) -> fs::Permissions {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
+        fs::Permissions::from_mode(permissions.mode() & 0o777)
     }
-    builder.tempfile_in(folder).map_err(|error| match error.kind() {
+    #[cfg(not(unix))]
+    permissions.clone()
+}
+
+/// A temporary file in a folder that has to exist.
+fn new_temporary(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    temporary::create(folder).map_err(|error| match error.kind() {
         ErrorKind::NotFound => {
             let message = format!("there is no folder {}; make it first", shown(folder));
             std::io::Error::new(ErrorKind::NotFound, message)

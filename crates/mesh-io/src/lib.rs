@@ -39,6 +39,7 @@ mod scene;
 mod single;
 mod smoothing;
 mod stl;
+mod temporary;
 mod text;
 mod to_model;
 #[cfg(feature = "gltf")]
