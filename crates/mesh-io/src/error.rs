@@ -211,6 +211,17 @@ pub enum WriteError {
         /// The reason for the rejection.
         why: &'static str,
     },
+    /// The model refers to the target as its picture or material library, which the output would replace.
+    #[error(
+        "{}: the model refers to this file as its {what}, and the output would replace it; choose another name",
+        shown(path)
+    )]
+    OwnCompanion {
+        /// The target.
+        path: PathBuf,
+        /// What the model takes it for.
+        what: &'static str,
+    },
     /// The extension does not belong to a known format.
     #[error(
         "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or name the format",

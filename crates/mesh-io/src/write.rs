@@ -4,7 +4,7 @@ use crate::atomic::{self, Beside};
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::losses::{Target, losses};
-use crate::model::Model;
+use crate::model::{ImageData, Model};
 use crate::single::check_range;
 use crate::smoothing::with_normals;
 use crate::to_model::ToModel;
@@ -95,6 +95,7 @@ pub fn stage<M: ToModel + ?Sized>(
     let model = model.to_model()?;
     check(&model, format, options)?;
     let model = with_normals(model, format);
+    check_names(path, &model, format)?;
     let beside = Companions::prepare(path, &model, format, options)?;
     let written =
         atomic::prepare(path, |writer| put(writer, &model, format, options, &beside.names));
@@ -130,6 +131,39 @@ fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), Wr
         Format::Gltf | Format::Glb => crate::single::check_finite(positions, format),
         _ => Ok(()),
     }
+}
+
+/// Refuses a target that the file itself would refer to, as its picture or material library.
+fn check_names(path: &Path, model: &Model, format: Format) -> Result<(), WriteError> {
+    let pictures = model.images.iter().filter_map(|image| match &image.data {
+        ImageData::Uri(name) => Some(name.as_str()),
+        ImageData::Bytes(_) => None,
+    });
+    if !matches!(format, Format::Stl | Format::Off) {
+        check_is_none_of(path, pictures, "picture")?;
+    }
+    if format == Format::Obj {
+        let libraries = model.material_libraries.iter().map(String::as_str);
+        check_is_none_of(path, libraries, "material library")?;
+    }
+    Ok(())
+}
+
+/// Refuses a target with one of these names, which are relative to its folder.
+pub(crate) fn check_is_none_of<'n>(
+    path: &Path,
+    names: impl IntoIterator<Item = &'n str>,
+    what: &'static str,
+) -> Result<(), WriteError> {
+    let mut names = names.into_iter().peekable();
+    if names.peek().is_none() || atomic::is_device(path) {
+        return Ok(());
+    }
+    let (target, folder) = (atomic::place_of(path), atomic::folder_of(path));
+    if target.is_some() && names.any(|name| atomic::place_of(&folder.join(name)) == target) {
+        return Err(WriteError::OwnCompanion { path: path.to_owned(), what });
+    }
+    Ok(())
 }
 
 /// Whether positions are rounded to 32 bits as they are. (glTF files move them to the origin before.)
@@ -227,6 +261,7 @@ pub fn stage_levels<M: ToModel>(
     let models: Vec<Cow<'_, Model>> = levels.iter().map(M::to_model).collect::<Result<_, _>>()?;
     models.iter().try_for_each(|model| check(model, format, options))?;
     check_coverage(coverage, models.len())?;
+    models.iter().try_for_each(|model| check_names(path, model, format))?;
     let models: Vec<Cow<'_, Model>> =
         models.into_iter().map(|model| with_normals(model, format)).collect();
     let all = crate::gltf::Levels { models: models.iter().map(|m| &**m).collect(), coverage };

@@ -259,3 +259,27 @@ fn a_companion_that_appears_while_the_output_is_written_is_not_replaced() {
     assert_eq!(place.get("x-0.png"), b"holiday");
     assert_eq!(place.names(), ["x-0.png"]);
 }
+
+/// The file would name itself as its material library or picture, and what was there would be gone.
+#[test]
+fn an_output_is_not_its_own_companion() {
+    let place = Place::new();
+    place.put("x.png", PNG);
+    place.put("x.mtl", b"newmtl paint\nmap_Kd x.png\n");
+    place.put("x.obj", b"mtllib x.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl paint\nf 1 2 3\n");
+    let model = read(place.path("x.obj")).unwrap();
+    let refuses = |name: &str, format: mesh_io::Format| {
+        let options = WriteOptions { format: Some(format), ..WriteOptions::default() };
+        let error = write(place.path(name), &model, &options).unwrap_err();
+        assert!(matches!(&error, WriteError::OwnCompanion { .. }), "{name}: {error}");
+    };
+    let before = place.names();
+    refuses("x.mtl", mesh_io::Format::Obj);
+    for format in [mesh_io::Format::Obj, mesh_io::Format::Ply, mesh_io::Format::Glb] {
+        refuses("x.png", format);
+    }
+    assert_eq!((place.names(), place.get("x.png")), (before, PNG.to_vec()));
+    // A file without references may have any name that it is given.
+    let options = WriteOptions { format: Some(mesh_io::Format::Stl), ..WriteOptions::default() };
+    write(place.path("x.png"), &model, &options).unwrap();
+}

@@ -102,7 +102,7 @@ fn read_images(
 }
 
 /// The file name in a percent-encoded URI. An internet address is unchanged.
-fn plain_name(uri: &str) -> String {
+pub(crate) fn plain_name(uri: &str) -> String {
     if uri.contains("://") {
         return uri.to_owned();
     }

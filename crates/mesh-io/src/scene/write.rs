@@ -6,9 +6,10 @@ use super::references::{MESHOPT, each_range};
 use crate::atomic;
 use crate::error::WriteError;
 use crate::format::Format;
+use crate::gltf::material::plain_name;
 use crate::gltf::write::{write_glb_buffer_head, write_glb_head};
 use crate::lost::Lost;
-use crate::write::{Staged, format_of};
+use crate::write::{Staged, check_is_none_of, format_of};
 use crate::write_options::{Compression, WriteOptions, WriteReport};
 use base64::engine::general_purpose::STANDARD;
 use base64::write::EncoderWriter;
@@ -44,6 +45,8 @@ impl Scene {
     ) -> Result<Staged, WriteError> {
         let path = path.as_ref();
         let format = format_of(path, options)?;
+        let pictures: Vec<String> = self.file_pictures().into_iter().map(plain_name).collect();
+        check_is_none_of(path, pictures.iter().map(String::as_str), "picture")?;
         let (file, report) =
             atomic::prepare(path, |writer| self.write_with(writer, format, options))?;
         Ok(Staged::new(file, report))
