@@ -91,16 +91,24 @@ pub(crate) fn check_levels(folder: &Path) -> Result<(), Error> {
 
 /// Removes the levels and the temporary files of a run, if possible. Links are removed, not followed.
 pub(crate) fn remove_content(folder: &Path) {
-    remove_refinement(folder);
+    remove_leftovers(folder);
     for path in entries(folder, "level-").map(|entry| entry.path()) {
         remove(&path);
     }
     remove(&folder.join(SCRATCH));
 }
 
-/// Removes the leftovers of interrupted refinements, if possible.
-pub(crate) fn remove_refinement(folder: &Path) {
+/// Removes the leftovers of killed processes, if possible: folders of refinements, and files that were not yet in their
+/// places. No process may work in the folder.
+pub(crate) fn remove_leftovers(folder: &Path) {
     entries(folder, REFINE).for_each(|entry| remove(&entry.path()));
+    for level in
+        entries(folder, "level-").filter(|entry| entry.file_type().is_ok_and(|t| t.is_dir()))
+    {
+        for entry in entries(&level.path(), private_files::UNFINISHED) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
 }
 
 fn remove(path: &Path) {

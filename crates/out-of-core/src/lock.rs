@@ -30,13 +30,16 @@ impl FolderLock {
         let mark = folder.join(MARK);
         // Another process may take the folder at any moment.
         let is_marked = || fs::symlink_metadata(&mark).is_ok();
+        if !is_new {
+            // Nothing changes in the folder of another user, not even its permissions.
+            private_files::check_owner(folder).map_err(Error::io(folder))?;
+        }
         if !is_new && !is_marked() {
             let is_empty = fs::read_dir(folder).map_err(Error::io(folder))?.next().is_none();
             if !is_empty && !is_marked() {
                 return Err(Error::NotEmpty { path: folder.to_owned() });
             }
             if is_empty {
-                // Fails for the folder of another user.
                 private_files::make_private(folder).map_err(Error::io(folder))?;
             }
         }
@@ -101,9 +104,7 @@ impl FolderLock {
     }
 
     fn check_folder(&self) -> Result<(), Error> {
-        let own = tempfile::tempfile_in(&self.folder).and_then(|file| file.metadata());
-        let own = own.map_err(Error::io(&self.folder))?;
-        private_files::check_folder(&self.folder, &own).map_err(Error::io(&self.folder))
+        private_files::check_folder(&self.folder).map_err(Error::io(&self.folder))
     }
 
     /// Keeps all other processes out of the folder until the returned guard is dropped.

@@ -9,6 +9,8 @@ use std::path::Path;
 
 /// Bytes that are buffered while a file is written.
 const BUFFER: usize = 1 << 16;
+/// The names of files that are not yet in their places begin so.
+pub(crate) const UNFINISHED: &str = ".new-";
 
 /// Creates a folder that only its owner can enter. Returns `false` if there is a folder already.
 pub(crate) fn create_folder(path: &Path) -> Result<bool> {
@@ -64,7 +66,7 @@ pub(crate) fn replace<T>(
 ) -> Result<T> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
-    let temporary = tempfile::Builder::new().prefix(".new-").tempfile_in(folder)?;
+    let temporary = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)?;
     let mut writer = BufWriter::with_capacity(BUFFER, temporary);
     let written = write(&mut writer)?;
     let temporary = writer.into_inner().map_err(std::io::IntoInnerError::into_error)?;
@@ -73,40 +75,62 @@ pub(crate) fn replace<T>(
     Ok(written)
 }
 
-/// Checks that a folder is not a link, that the user of this process owns it, and that no other user can write to it.
-///
-/// `own` is metadata of a file that this process has just created.
-#[cfg(unix)]
-pub(crate) fn check_folder(path: &Path, own: &fs::Metadata) -> Result<()> {
-    use std::os::unix::fs::MetadataExt;
-    let folder = fs::symlink_metadata(path)?;
-    if !folder.is_dir() {
-        return Err(invalid("this is not a folder; symbolic links are not followed"));
-    }
-    if folder.uid() != own.uid() {
-        return Err(denied("this folder belongs to another user; name another folder"));
-    }
-    if folder.mode() & 0o022 != 0 {
+/// Checks that a folder is not a link, and that the user of this process owns it.
+pub(crate) fn check_owner(path: &Path) -> Result<()> {
+    owned(path).map(drop)
+}
+
+/// Checks a folder as [`check_owner`] does, and that no other user can write to it.
+pub(crate) fn check_folder(path: &Path) -> Result<()> {
+    let folder = owned(path)?;
+    #[cfg(unix)]
+    if std::os::unix::fs::MetadataExt::mode(&folder) & 0o022 != 0 {
         return Err(denied(
             "other users can write to this folder; make it private with chmod 700, or name another folder",
         ));
     }
+    let _ = folder;
     Ok(())
 }
 
-/// Checks that a folder is not a link.
-#[cfg(not(unix))]
-pub(crate) fn check_folder(path: &Path, _own: &fs::Metadata) -> Result<()> {
-    let is_folder = fs::symlink_metadata(path)?.is_dir();
-    if is_folder { Ok(()) } else { Err(invalid("this is not a folder")) }
+/// The metadata of a folder of this user.
+fn owned(path: &Path) -> Result<fs::Metadata> {
+    // A file without a name tells who the user is.
+    let own = tempfile::tempfile_in(path)?.metadata()?;
+    let folder = fs::symlink_metadata(path)?;
+    if !folder.is_dir() {
+        return Err(invalid("this is not a folder; symbolic links are not followed"));
+    }
+    if !is_of_same_user(&folder, &own) {
+        return Err(denied("this folder belongs to another user; name another folder"));
+    }
+    Ok(folder)
 }
 
-/// Makes an empty folder of this user private.
+#[cfg(unix)]
+fn is_of_same_user(a: &fs::Metadata, b: &fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    a.uid() == b.uid()
+}
+
+#[cfg(not(unix))]
+fn is_of_same_user(_: &fs::Metadata, _: &fs::Metadata) -> bool {
+    true
+}
+
+/// Makes an empty folder of this user private. Another folder may have taken its place meanwhile: it is checked again
+/// when it is open.
 pub(crate) fn make_private(path: &Path) -> Result<()> {
     #[cfg(unix)]
     {
-        use std::os::unix::fs::PermissionsExt;
-        fs::set_permissions(path, fs::Permissions::from_mode(0o700))?;
+        use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+        let own = tempfile::tempfile_in(path)?.metadata()?;
+        let flags = libc::O_NOFOLLOW | libc::O_DIRECTORY;
+        let folder = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
+        if !is_of_same_user(&folder.metadata()?, &own) {
+            return Err(denied("this folder belongs to another user; name another folder"));
+        }
+        folder.set_permissions(fs::Permissions::from_mode(0o700))?;
     }
     let _ = path;
     Ok(())

@@ -12,6 +12,8 @@ use crate::private_files;
 
 /// The suffix of the name of each scratch folder.
 const SUFFIX: &str = ".curvmesh";
+/// The number of bytes of a described name that become part of the name of the folder, which has at most 255.
+const LONGEST_NAME: usize = 200;
 
 /// A folder for temporary files, which is removed when this is dropped.
 ///
@@ -34,7 +36,8 @@ impl ScratchFolder {
     pub fn new(parent: &Path, name: &OsStr) -> Result<Self, Error> {
         let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
         fs::create_dir_all(parent).map_err(Error::io(parent))?;
-        let prefix = format!(".{}-", name.to_string_lossy());
+        let name = name.to_string_lossy();
+        let prefix = format!(".{}-", &name[..name.floor_char_boundary(LONGEST_NAME)]);
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(SUFFIX).rand_bytes(12);
         #[cfg(unix)]

@@ -180,7 +180,7 @@ impl Work {
     /// Keeps other processes out of the folder until the guard is dropped.
     pub(crate) fn alone(&self) -> Result<Alone<'_>, Error> {
         let alone = self.lock.alone()?;
-        layout::remove_refinement(&self.folder);
+        layout::remove_leftovers(&self.folder);
         Ok(alone)
     }
 

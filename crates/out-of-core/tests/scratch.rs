@@ -59,6 +59,17 @@ fn what_a_killed_run_has_left_is_removed_by_the_next_one_of_the_same_output() {
     assert!(scratch.path().exists());
 }
 
+/// The name of a folder has at most 255 bytes, and so has the name of the output that is part of it.
+#[test]
+fn an_output_of_any_name_has_a_scratch_folder() {
+    let parent = tempfile::tempdir().unwrap();
+    for name in ["x".repeat(255), "é".repeat(127), format!("x{}", "é".repeat(127))] {
+        let scratch = ScratchFolder::new(parent.path(), OsStr::new(&name)).unwrap();
+        assert!(scratch.path().is_dir());
+    }
+    assert!(entries(parent.path()).is_empty());
+}
+
 /// A link with the name of a leftover is not followed.
 #[cfg(unix)]
 #[test]

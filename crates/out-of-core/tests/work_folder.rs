@@ -278,3 +278,41 @@ fn nothing_is_read_or_written_through_links() {
         assert_eq!(mode & 0o077, 0, "only the owner reads a work folder");
     }
 }
+
+/// A process that was killed while it wrote a region leaves a file that has no name yet.
+#[test]
+fn unfinished_files_of_a_killed_process_are_removed() {
+    let given = Given::new();
+    let whole = Done::from(run(&given.split(), &mut |_| true).unwrap());
+    for level in ["level-0", "level-1"] {
+        fs::write(given.work().join(level).join(".new-AbCdEf"), "half a region").unwrap();
+    }
+    let again = given.run().unwrap();
+    assert_eq!((bits(&again.mesh), again.error), (bits(&whole.mesh), whole.error));
+    for level in ["level-0", "level-1"] {
+        let files = fs::read_dir(given.work().join(level)).unwrap();
+        let names: Vec<_> = files.map(|file| file.unwrap().file_name()).collect();
+        assert!(names.iter().all(|name| !name.to_string_lossy().starts_with('.')), "{names:?}");
+    }
+}
+
+/// Only root can give a folder to another user, so the test does nothing for others.
+#[cfg(unix)]
+#[test]
+fn a_folder_of_another_user_stays_as_it_is() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let given = Given::new();
+    let folder = given.work();
+    fs::create_dir(&folder).unwrap();
+    fs::set_permissions(&folder, fs::Permissions::from_mode(0o777)).unwrap();
+    if std::os::unix::fs::chown(&folder, Some(4321), None).is_err() {
+        return;
+    }
+    let before = fs::metadata(&folder).unwrap();
+    let refused = split(&folder, &given.input, &given.settings);
+    let Err(Error::Io { path, source }) = refused else { panic!("{refused:?}") };
+    assert_eq!((path, source.kind()), (folder.clone(), std::io::ErrorKind::PermissionDenied));
+    let after = fs::metadata(&folder).unwrap();
+    assert_eq!((after.mode(), after.mtime_nsec()), (before.mode(), before.mtime_nsec()));
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
+}
