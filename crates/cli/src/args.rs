@@ -70,10 +70,41 @@ pub(crate) fn parse_count(text: &str, range: RangeInclusive<usize>) -> Result<us
             .filter(|count| (0.0..=9_007_199_254_740_992.0).contains(count))
             .map(|count| count as usize)
     };
-    count.filter(|count| range.contains(count)).ok_or_else(|| match range.end() {
-        &usize::MAX => "expected a count, such as 3000, 3k or 1.5M".to_owned(),
-        end => format!("expected a number from {} to {end}", range.start()),
+    count.filter(|count| range.contains(count)).ok_or_else(|| {
+        let (start, end) = range.into_inner();
+        let such = if end < 1_500_000 { "" } else { ", such as 3000, 3k or 1.5M" };
+        format!("expected a number from {start} to {end}{such}")
     })
+}
+
+/// No mesh has more vertices or faces than this, in memory or on disk.
+pub(crate) const MOST_ELEMENTS: usize =
+    if cfg!(target_pointer_width = "64") { (1_u64 << 41) as usize } else { usize::MAX };
+
+/// Reads a number of faces or vertices.
+pub(crate) fn parse_elements(text: &str) -> Result<usize, String> {
+    parse_count(text, 0..=MOST_ELEMENTS)
+}
+
+/// Reads a whole number that is no count, such as a seed or the number of a face.
+pub(crate) fn parse_whole<T: TryFrom<u64>>(
+    text: &str,
+    range: RangeInclusive<u64>,
+) -> Result<T, String> {
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    let number = number.and_then(|number| T::try_from(number).ok());
+    let (start, end) = range.into_inner();
+    number.ok_or_else(|| format!("expected a whole number from {start} to {end}"))
+}
+
+/// Reads the seed of random numbers.
+pub(crate) fn parse_seed(text: &str) -> Result<u64, String> {
+    parse_whole(text, 0..=u64::MAX)
+}
+
+/// Reads the number of an element, a level or a cell.
+pub(crate) fn parse_index<T: TryFrom<u64>>(text: &str) -> Result<T, String> {
+    parse_whole(text, 0..=u64::from(u32::MAX))
 }
 
 /// More threads take long to start, and only wait for cores.
@@ -257,9 +288,13 @@ pub(crate) fn parse_narrow_angle(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The longest time limit: 30 years. A clock cannot add any number.
+const MOST_SECONDS: f64 = 1e9;
+
 pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
-    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+    let seconds = text.parse().ok().filter(|seconds| (0.0..=MOST_SECONDS).contains(seconds));
+    let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    duration.ok_or_else(|| format!("expected a number of seconds from 0 to {MOST_SECONDS}"))
 }
 
 /// A number that is finite and not negative.

@@ -92,7 +92,7 @@ impl From<ExternalName> for External {
 
 /// A number of bytes, with K, M or G for powers of 1024.
 pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
-    let expected = || "expected a number of bytes, like 500M or 4G".to_owned();
+    let expected = || "expected a number of bytes below 2^64, like 500M or 4G".to_owned();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit: u64 = match &text[digits.len()..].to_ascii_uppercase()[..] {
         "" => 1,

@@ -8,6 +8,7 @@ use mesh_core::build::BuildReport;
 use mesh_io::{Format, Lost};
 use mesh_work::{SceneBudget, SceneRules};
 
+use crate::args::parse_elements;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
@@ -40,7 +41,7 @@ pub(crate) struct Scenes {
     per: Per,
     /// Number of poses in which the errors of meshes with skins or morph targets count, besides the pose of the file.
     /// They are the shapes that differ most: morph targets, key frames of animations. 0 for the pose of the file only
-    #[arg(long, value_name = "N", default_value_t = SceneRules::default().poses)]
+    #[arg(long, value_name = "N", default_value_t = SceneRules::default().poses, value_parser = parse_elements)]
     poses: usize,
     #[command(flatten)]
     pub(crate) merging: Merging,

@@ -15,7 +15,8 @@ use simplify::{
 };
 
 use crate::args::{
-    parse_angle, parse_count, parse_narrow_angle, parse_not_negative, parse_seconds,
+    MOST_ELEMENTS, parse_angle, parse_count, parse_elements, parse_narrow_angle,
+    parse_not_negative, parse_seconds, parse_seed,
 };
 use crate::console::Console;
 use crate::counted::counted;
@@ -189,7 +190,7 @@ pub(crate) struct Policy {
     #[arg(long)]
     verify: bool,
     /// Seed of the random numbers of fitting
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = parse_seed)]
     seed: u64,
 }
 
@@ -283,7 +284,7 @@ pub(crate) struct Constraining {
     #[arg(long, value_name = "DEGREES", value_parser = parse_narrow_angle)]
     min_angle: Option<f64>,
     /// Give no vertex more edges than this (at least 3), unless a vertex of the input in its place has more
-    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 3..=usize::MAX))]
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 3..=MOST_ELEMENTS))]
     max_valence: Option<usize>,
 }
 
@@ -424,19 +425,13 @@ fn parse_file_size(text: &str) -> Result<u64, String> {
     }
 }
 
-/// A number of faces or vertices.
-pub(crate) fn parse_elements(text: &str) -> Result<usize, String> {
-    parse_count(text, 0..=usize::MAX)
-}
-
 fn parse_components(text: &str) -> Result<Components, String> {
     match text {
         "free" => Ok(Components(None)),
         "keep" => Ok(Components(Some(4))),
-        _ => text
-            .parse()
+        _ => parse_count(text, 0..=MOST_ELEMENTS)
             .map(|count| Components(Some(count)))
-            .map_err(|_| "expected `free`, `keep` or a number of vertices".into()),
+            .map_err(|expected| format!("{expected}, or `free` or `keep`")),
     }
 }
 

@@ -104,7 +104,7 @@ impl Attributes {
     #[must_use]
     pub fn merge_charts(&self, mesh: &TriMesh, target: &Target) -> Option<Self> {
         // A mesh has about twice as many faces as vertices.
-        let by_vertices = 2 * target.vertices.unwrap_or(0);
+        let by_vertices = target.vertices.unwrap_or(0).saturating_mul(2);
         let faces = target.face_target(mesh.topology().face_count()).max(by_vertices);
         if faces == 0 {
             // Another limit ends the run, and the borders are no obstacle to it.

@@ -9,7 +9,7 @@ use mesh_metric::{
 use mesh_view::{Page, Section};
 use serde::Serialize;
 
-use crate::args::{is_standard, parse_count};
+use crate::args::{is_standard, parse_count, parse_seed};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::console::Console;
 use crate::counted::counted;
@@ -46,7 +46,7 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     exact: Option<Length>,
     /// Seed of the random numbers of the samples
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = parse_seed)]
     seed: u64,
     #[command(flatten)]
     colors: ColorOptions,

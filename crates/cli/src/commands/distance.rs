@@ -13,7 +13,7 @@ use mesh_view::{Field, Lines, On, Page};
 use out_of_core::DiskMesh;
 use serde::Serialize;
 
-use crate::args::{is_standard, parse_count};
+use crate::args::{is_standard, parse_count, parse_seed};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions, opaque};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -63,7 +63,7 @@ pub(crate) struct Distance {
     #[arg(long)]
     signed: bool,
     /// Seed of the random numbers of the samples
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = parse_seed)]
     seed: u64,
     /// Write A with the distance of every vertex from B as a colour and a number; `-` is the standard
     /// output

@@ -16,7 +16,7 @@ use mesh_view::{Lines, Page};
 use mesh_work::Seams;
 use serde::Serialize;
 
-use crate::args::{AreaName, parse_angle, parse_count, parse_seconds};
+use crate::args::{AreaName, parse_angle, parse_count, parse_seconds, parse_seed, parse_whole};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::counted::counted;
@@ -117,10 +117,10 @@ struct Optimise {
     #[arg(long, hide = true, conflicts_with_all = ["random_ties", "seed"])]
     tie_seed: Option<u64>,
     /// Seed of the random numbers of --rebuild-effort, --anneal-steps and --random-ties
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = parse_seed)]
     seed: u64,
     /// Stop after N flips
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_whole::<u64>(text, 0..=u64::MAX))]
     max_flips: Option<u64>,
     /// Stop after this time
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]

@@ -19,7 +19,7 @@ use mesh_work::{
 };
 use serde::Serialize;
 
-use crate::args::{EstimatorPreset, FormatName};
+use crate::args::{EstimatorPreset, FormatName, parse_index};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::counted::counted;
@@ -74,7 +74,7 @@ struct What {
     )]
     tolerance: Length,
     /// Make one patch, at this face; triangles are numbered from 0, after repairs
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_index::<usize>)]
     face: Option<usize>,
     /// The radius of the one patch
     #[arg(long, value_name = "LENGTH", requires = "face", value_parser = parse_length)]

@@ -1,5 +1,6 @@
 //! `curvmesh region`: the steps of a run on a mesh larger than memory, one by one, for job arrays.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -7,6 +8,7 @@ use mesh_core::as_u32;
 use out_of_core::{Next, Plan, Step, Work, refine_cell, run as run_rest, write_tiles};
 use serde::Serialize;
 
+use crate::args::{parse_elements, parse_index};
 use crate::batch::{Shard, parse_shard};
 use crate::console::Console;
 use crate::counted::counted;
@@ -16,9 +18,7 @@ use crate::large::{self, Level, RegionSettings};
 use crate::load::{Loading, parse_bytes};
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, paths_of_levels};
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{
-    NOT_FITTED, OF_FITS, OF_TARGETS, Policy, Targets, parse_elements, parse_ratio,
-};
+use crate::simplify_options::{NOT_FITTED, OF_FITS, OF_TARGETS, Policy, Targets, parse_ratio};
 
 /// Simplify a mesh larger than memory step by step, on any number of machines
 ///
@@ -109,10 +109,10 @@ struct Cells {
     #[arg(value_name = "DIR")]
     work_dir: PathBuf,
     /// The level
-    #[arg(long, value_name = "L")]
+    #[arg(long, value_name = "L", value_parser = parse_index::<u32>)]
     level: u32,
     /// Only this cell [default: all cells]
-    #[arg(long, value_name = "C", conflicts_with = "shard")]
+    #[arg(long, value_name = "C", conflicts_with = "shard", value_parser = parse_index::<u32>)]
     cell: Option<u32>,
     /// Only the K-th of N parts of the cells, as in 3/64
     #[arg(long, value_name = "K/N", value_parser = parse_shard)]
@@ -132,7 +132,10 @@ struct Finish {
     #[arg(long, value_name = "DIR")]
     tiles: Option<PathBuf>,
     /// Only refine this cell of a result that does not fit into memory
-    #[arg(long, value_name = "C", conflicts_with_all = ["shard", "output", "tiles"])]
+    #[arg(
+        long, value_name = "C", conflicts_with_all = ["shard", "output", "tiles"],
+        value_parser = parse_index::<u32>
+    )]
     cell: Option<u32>,
     /// Only refine the K-th of N parts of its cells, as in 3/16
     #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["output", "tiles"])]
@@ -141,7 +144,10 @@ struct Finish {
     #[arg(long, hide = true)]
     tell_progress: bool,
     /// Level of the cells [default: the last one]
-    #[arg(long, value_name = "L", conflicts_with_all = ["output", "tiles"])]
+    #[arg(
+        long, value_name = "L", conflicts_with_all = ["output", "tiles"],
+        value_parser = parse_index::<u32>
+    )]
     level: Option<u32>,
     #[command(flatten)]
     save: SaveOptions,
@@ -419,7 +425,7 @@ fn tell(step: Step, last: &mut Option<(&'static str, u64)>) {
     let Step { what, done, of, .. } = step;
     let now = (what, 100 * done / of.max(1));
     if last.replace(now) != Some(now) {
-        eprintln!("progress: {what} {done} of {of}");
+        let _ = writeln!(std::io::stderr(), "progress: {what} {done} of {of}");
     }
 }
 

@@ -14,7 +14,7 @@ use mesh_view::{Sight, Toward, Up, Upright};
 use mesh_work::{Loaded, legend_title};
 use serde::Serialize;
 
-use crate::args::{parse_angle, parse_not_negative, parse_picture};
+use crate::args::{parse_angle, parse_index, parse_not_negative, parse_picture, parse_whole};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::commands::view::parse_up;
 use crate::console::Console;
@@ -75,7 +75,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "NAME", conflicts_with = "paint")]
     property: Option<String>,
     /// Show texture coordinates by a chessboard with this many squares along each side of the texture
-    #[arg(long, value_name = "SQUARES", conflicts_with_all = ["paint", "property"])]
+    #[arg(long, value_name = "SQUARES", conflicts_with_all = ["paint", "property"], value_parser = parse_index::<u32>)]
     chessboard: Option<u32>,
     /// Use a logarithmic scale of colours: equal steps of colour are equal ratios
     #[arg(long)]
@@ -90,7 +90,7 @@ pub(crate) struct Render {
     #[arg(long)]
     transparent: bool,
     /// Samples per pixel and direction, from 1 to 8
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = |text: &str| parse_whole::<u32>(text, 1..=8))]
     supersampling: u32,
     #[command(flatten)]
     colors: ColorOptions,

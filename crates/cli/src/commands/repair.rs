@@ -11,7 +11,7 @@ use mesh_io::Model;
 use mesh_work::{Loaded, repaired_scene};
 use serde::Serialize;
 
-use crate::args::{REPAIRS, all_repairs, is_standard};
+use crate::args::{MOST_ELEMENTS, REPAIRS, all_repairs, is_standard, parse_count};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::counted::counted;
@@ -88,7 +88,10 @@ fn name_heading(option: Arg) -> Arg {
 fn parse_holes(text: &str) -> Result<FillOptions, String> {
     let max_edges = match text {
         "all" => None,
-        _ => Some(text.parse().map_err(|_| "expected a number of edges, or `all`".to_owned())?),
+        _ => Some(
+            parse_count(text, 0..=MOST_ELEMENTS)
+                .map_err(|expected| format!("{expected}, or `all`"))?,
+        ),
     };
     Ok(FillOptions { max_edges, ..FillOptions::default() })
 }

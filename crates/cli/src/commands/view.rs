@@ -7,7 +7,7 @@ use dcurv::{CurvatureOptions, Curvatures, VertexCurvature};
 use mesh_view::{Exhibit, Field, Layout, On, Page, Precision, Up};
 use serde::Serialize;
 
-use crate::args::{is_standard, parse_page};
+use crate::args::{is_standard, parse_elements, parse_page};
 use crate::colormap::ColorOptions;
 use crate::console::Console;
 use crate::counted::counted;
@@ -59,7 +59,7 @@ pub(crate) struct View {
     #[arg(long)]
     exact_positions: bool,
     /// Simplify meshes with more faces than this for the page
-    #[arg(long, value_name = "N", default_value_t = Page::MOST_FACES)]
+    #[arg(long, value_name = "N", default_value_t = Page::MOST_FACES, value_parser = parse_elements)]
     most_faces: usize,
     #[command(flatten)]
     colors: ColorOptions,

@@ -6,6 +6,7 @@ use clap::Args;
 use mesh_core::TriMesh;
 use mesh_work::{Length, LevelSteps, SceneSteps, parse_length};
 
+use crate::args::parse_elements;
 use crate::carry::Carry;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -13,9 +14,7 @@ use crate::given::Given;
 use crate::large::Large;
 use crate::save::SaveOptions;
 use crate::scene::Scenes;
-use crate::simplify_options::{
-    Constraining, NOT_FITTED, OF_FITS, Policy, parse_elements, parse_ratio,
-};
+use crate::simplify_options::{Constraining, NOT_FITTED, OF_FITS, Policy, parse_ratio};
 use crate::task::Source;
 use crate::view::Look;
 
