@@ -164,10 +164,11 @@ impl Console {
 
     /// Prints a message even if quiet.
     pub(crate) fn error(&self, text: impl Display) {
-        let text = printable_lines(text);
+        // The message is lost if nobody reads it, or if its disk is full.
+        let say = || drop(writeln!(std::io::stderr(), "{}", printable_lines(text)));
         match &self.files {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(say),
+            None => say(),
         }
     }
 

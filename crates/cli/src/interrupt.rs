@@ -47,7 +47,8 @@ pub(crate) fn watch(keeps_partial: bool) {
     // If this fails, the system ends the program, which is equivalent unless a file is being written.
     #[cfg(unix)]
     if let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted_signals()) {
-        std::thread::spawn(move || signals.forever().for_each(end));
+        let wait = move || signals.forever().for_each(end);
+        let _ = std::thread::Builder::new().spawn(wait);
     }
     #[cfg(not(unix))]
     let _ = ctrlc::set_handler(|| end(i32::from(INTERRUPTED) - 128));
@@ -112,12 +113,14 @@ pub(crate) fn while_writing<T, E>(
     while_writing_all(&[path], write)
 }
 
-/// Writes files; an interruption waits for all of them.
+/// Writes files; an interruption waits for all of them. It waits for no pipe, which may have no reader.
 pub(crate) fn while_writing_all<T, E>(
     paths: &[&Path],
     write: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, E> {
-    let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
+    let is_device = |path: &&Path| path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir());
+    let waits = !paths.iter().any(is_device);
+    let _writing = waits.then(|| WRITING.read().unwrap_or_else(PoisonError::into_inner));
     let result = write()?;
     let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
     written.extend(paths.iter().map(|path| path.to_path_buf()));

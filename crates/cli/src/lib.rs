@@ -49,6 +49,7 @@ use failure::Failure;
 use given::Given;
 use interrupt::{INTERRUPTED, KEEP_PARTIAL};
 use session::{Outcome, Session};
+use text::printable;
 
 /// Runs the program with this command line, which starts with the name of the program, and returns its exit code. Call
 /// it once in a process: it handles Ctrl-C and configures the threads.
@@ -96,6 +97,12 @@ fn usage_error(error: &clap::Error, command_line: &[OsString]) -> u8 {
         let text = error.render().to_string();
         let text = text.trim_end().trim_start_matches("error: ");
         return report(&Failure::usage(text), &Console::without_command(true));
+    }
+    // A name of a file among the words, such as one that the shell found for `*`, may hold control characters.
+    let is_safe = |word: &OsString| printable(word.display()) == word.to_string_lossy();
+    if !is_help && !command_line.iter().all(is_safe) {
+        Console::without_command(false).error(error.render());
+        return 2;
     }
     // An error of printing cannot be reported.
     let _ = error.print();

@@ -33,14 +33,19 @@ impl Session {
     }
 
     fn pool(&self) -> ThreadPoolBuilder {
-        ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, NonZero::get))
+        // Beyond this, threads only look for work: a tiny mesh would take seconds with 1024 of them on two cores.
+        let most = 128.max(2 * cores());
+        ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, |n| n.get().min(most)))
     }
 
     /// The number of files processed in parallel.
     pub(crate) fn files_at_a_time(&self) -> usize {
-        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-        self.threads.map_or(cores, NonZero::get)
+        self.threads.map_or_else(cores, NonZero::get)
     }
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, NonZero::get)
 }
 
 /// The outcome of a run that has reported its results.

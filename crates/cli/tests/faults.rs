@@ -148,6 +148,11 @@ impl Case {
         let (new, strays) = self.check(&when);
         assert!(signal == "-KILL" || strays == 0, "{when}: {strays} stray files");
         assert!(!status.success() || new == self.new.len(), "{when}");
+        // The next run removes what a killed one has left.
+        if strays > 0 {
+            assert!(self.command(&[]).output().unwrap().status.success(), "{when}");
+            assert_eq!(self.check(&when), (self.new.len(), 0), "{when}");
+        }
     }
 
     /// Every way of failing.
@@ -238,4 +243,29 @@ fn coordinates_that_the_format_cannot_hold_end_in_exit_4() {
         assert_eq!(exit, 4, "{output:?}: {said}");
     }
     assert_eq!(content(folder.path()).len(), 1);
+}
+
+/// The standard error is a file on a full disk: the message is lost, and nothing else.
+#[test]
+fn messages_that_cannot_be_written_change_no_exit_code() {
+    let full = || std::fs::File::options().write(true).open("/dev/full").unwrap();
+    for (arguments, code) in [(&["info", "missing.ply"][..], 3), (&["info"], 2)] {
+        let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+        let status = run.args(arguments).stdout(full()).stderr(full()).status().unwrap();
+        assert_eq!(status.code(), Some(code), "{arguments:?}");
+    }
+}
+
+/// `/dev/stdout` leads to a pipe, which has a name that is no path.
+#[test]
+fn the_device_of_the_standard_output_takes_a_mesh() {
+    let root = tempfile::tempdir().unwrap();
+    let input = root.path().join("in.glb");
+    mesh_io::write(&input, &painted(12, 100), &WriteOptions::default()).unwrap();
+    let [by_name, by_dash] = ["/dev/stdout", "-"].map(|output| {
+        let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+        run.args(["convert", "-q", "--to", "stl", "-o", output]).arg(&input).output().unwrap()
+    });
+    assert!(by_name.status.success(), "{}", said(&by_name));
+    assert!(by_name.stdout.starts_with(&by_dash.stdout) && !by_dash.stdout.is_empty());
 }

@@ -2,6 +2,7 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)]
 
+use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
@@ -107,4 +108,26 @@ fn an_interrupted_stream_leaves_nothing_behind() {
         assert_eq!(code, Some(expected), "{said}");
         assert_eq!(files(folder.path()), std::slice::from_ref(&input));
     }
+}
+
+/// A reader that has stopped to read blocks the program; a signal ends it all the same.
+#[test]
+fn a_signal_ends_a_run_that_waits_for_the_reader_of_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+    // A pipe holds 64 KiB, and the mesh takes more.
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(200, 100).unwrap(), &input);
+    assert!(Command::new("mkfifo").arg(&output).status().unwrap().success());
+    let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+    run.arg("convert").arg(&input).arg("-o").arg(&output).stderr(Stdio::piped());
+    let run = run.spawn().unwrap();
+    let mut reader = std::fs::File::open(&output).unwrap();
+    reader.read_exact(&mut [0; 4]).unwrap();
+    let kill = Command::new("kill").args(["-TERM", &run.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let ended = run.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(143), "{said}");
+    assert!(said.contains("interrupted: nothing was written"), "{said}");
+    assert_eq!(files(folder.path()), [input, output]);
 }

@@ -221,7 +221,7 @@ fn summary(report: &Report<Results>) -> String {
         }
         text += &format!(", shown down to {:.1} % of the screen", 100.0 * shown_from);
         if let Some(output) = &level.output {
-            text += &format!("  {output}");
+            text += &format!("  {}", printable(output));
         }
     }
     text

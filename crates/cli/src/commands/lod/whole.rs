@@ -293,7 +293,7 @@ fn summary(report: &Report<Results>) -> String {
             counted(*vertices, "vertices")
         );
         if let Some(output) = &level.output {
-            text += &format!("  {output}");
+            text += &format!("  {}", printable(output));
         }
     }
     text
