@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Bounds", "Distance", "OneSided", "Signed", "distance"]
 
+#: More samples would only take memory and days; the program has the same bound.
+_MOST_SAMPLES = 10_000_000_000
+
 
 class Signed(NamedTuple):
     """Distances that are negative inside, in model units.
@@ -184,8 +187,8 @@ def distance(
     >>> round(d.mean, 2), d.bounds.lower <= d.max <= d.bounds.upper
     (0.1, True)
     """
-    if samples < 1:
-        raise OptionError("samples is 0; it must be at least 1")
+    if not 1 <= samples <= _MOST_SAMPLES:
+        raise OptionError(f"samples is {samples}; it must be from 1 to {_MOST_SAMPLES}")
     a, b = as_mesh(first, check=False), as_mesh(second, check=False)
     with calling("measuring", progress, threads) as call:
         found = _core.distance(call, a._data, b._data, samples, exact, relative, signed, seed)
