@@ -91,7 +91,7 @@ pub(crate) fn parse_whole<T: TryFrom<u64>>(
     text: &str,
     range: RangeInclusive<u64>,
 ) -> Result<T, String> {
-    let number = text.parse().ok().filter(|number| range.contains(number));
+    let number = text.parse::<u64>().ok().filter(|number| range.contains(number));
     let number = number.and_then(|number| T::try_from(number).ok());
     let (start, end) = range.into_inner();
     number.ok_or_else(|| format!("expected a whole number from {start} to {end}"))
@@ -292,7 +292,7 @@ pub(crate) fn parse_narrow_angle(text: &str) -> Result<f64, String> {
 const MOST_SECONDS: f64 = 1e9;
 
 pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().filter(|seconds| (0.0..=MOST_SECONDS).contains(seconds));
+    let seconds = text.parse::<f64>().ok().filter(|seconds| (0.0..=MOST_SECONDS).contains(seconds));
     let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
     duration.ok_or_else(|| format!("expected a number of seconds from 0 to {MOST_SECONDS}"))
 }

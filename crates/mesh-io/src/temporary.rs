@@ -69,13 +69,10 @@ impl Owner {
     /// Whether a temporary file of this name belongs to a process that has ended on this machine.
     fn has_outlived(&self, name: &str) -> bool {
         let own = name.strip_prefix(PREFIX).and_then(|rest| rest.strip_prefix(&self.machine));
-        let Some(["", process, start, _]) =
-            own.map(|own| own.split('-').collect::<Vec<_>>()).as_deref()
-        else {
-            return false;
-        };
+        let parts: Vec<&str> = own.unwrap_or_default().split('-').collect();
+        let ["", process, start, _] = parts[..] else { return false };
         let Ok(process) = process.parse() else { return false };
-        start_of(process).is_ok_and(|of_now| of_now.is_none_or(|of_now| of_now != *start))
+        start_of(process).is_ok_and(|of_now| of_now.is_none_or(|of_now| of_now != start))
     }
 }
 
