@@ -3,7 +3,7 @@
 
 use glam::{DQuat, DVec3};
 use mesh_core::measure::Facing;
-use mesh_core::{PolygonSoup, Repair, SplitMix64, TriMesh, build, diagnose, glam};
+use mesh_core::{FaceId, PolygonSoup, Repair, SplitMix64, TriMesh, build, diagnose, glam};
 use mesh_shapes::{Cylinder, Plane, RowPhase, Sphere, Torus, Wave, polyhedra};
 use proptest::prelude::*;
 
@@ -143,6 +143,43 @@ fn sheets_and_what_is_hidden_are_left_alone() {
         &[[0, 1, 2], [0, 2, 3], [1, 0, 3], [1, 3, 2]],
     );
     assert_eq!(pillow.unwrap().facings().of_component, [Facing::Undecided]);
+}
+
+/// Houses without floors stand on terrain: they hide a part of its upper side, which stays the upper side. With a panel in
+/// front of a box, the side without the box is the front.
+#[test]
+fn terrain_under_houses_is_not_turned() {
+    let wave = Wave { amplitude: 0.1, wavelength: 1.0, half_width: 2.0 };
+    let terrain = wave.mesh(32, Default::default()).unwrap();
+    let mut town = terrain.clone();
+    let cube = polyhedra::cube();
+    let mut walls = PolygonSoup::new();
+    cube.positions().iter().for_each(|&p| walls.push_vertex(p));
+    let is_floor = |face: &[u32]| face.iter().all(|&v| cube.positions()[v as usize].z < 0.0);
+    cube.faces().filter(|face| !is_floor(face)).for_each(|face| walls.push_face(face).unwrap());
+    for (x, y) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
+        add(&mut town, &walls, 0.25, DVec3::new(1.3 * f64::from(x), 1.3 * f64::from(y), 0.15));
+    }
+    let built = build(&town, &Repair::lenient()).unwrap();
+    assert_eq!(built.report.turned_components.count(), 0);
+    let first = built.provenance.face_source.iter().position(|&face| face == 0).unwrap();
+    assert_eq!(built.mesh.face_normal(FaceId::new(first as u32)).z.signum(), up(&terrain));
+    // Alone it is a sheet, and the houses face outward.
+    assert_eq!(built.mesh.facings().count(Facing::Undecided), 1);
+    assert_eq!(built.mesh.facings().count(Facing::Outward), 9);
+    let flat = Plane { half_width: 1.0 }.mesh(4, Default::default()).unwrap();
+    let turned = [flat.clone(), reversed(&flat, |_| true)].map(|panel| {
+        let mut soup = panel;
+        add(&mut soup, &polyhedra::cube(), 0.9, DVec3::new(0.0, 0.0, 1.0));
+        build(&soup, &reorient()).unwrap().report.turned_components.count()
+    });
+    assert_eq!(turned.iter().sum::<usize>(), 1);
+}
+
+/// The sign of the height of the normal of the first face.
+fn up(soup: &PolygonSoup) -> f64 {
+    let [a, b, c] = [0, 1, 2].map(|k| soup.positions()[soup.face(0)[k] as usize]);
+    (b - a).cross(c - a).z.signum()
 }
 
 /// Many parts in a row, and shells in shells, take n log n and not n^2.

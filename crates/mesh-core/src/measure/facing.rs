@@ -9,7 +9,8 @@
 //! 2. **Nearly closed components** are components with holes whose volume has the same sign for every apex in the
 //!    bounding box from which the holes are closed. They are treated like closed ones, but contain nothing.
 //! 3. **Open components** by visibility from far outside: the side whose visible area is larger by a tenth is
-//!    the front (`visibility`).
+//!    the front (`visibility`). A component is not turned because other components stand before its front, as houses
+//!    stand on terrain, unless they hide half of it, as what is in a hull hides the inside of the hull.
 //! 4. **Undecided** are components without volume, flat sheets, components hidden inside others, and open components
 //!    among so many overlapping faces that visibility would take too long.
 //!
@@ -66,6 +67,9 @@ impl Facings {
 /// A visible area decides if it is larger by this factor.
 const CLEARLY: f64 = 1.1;
 
+/// A side is the inside if other components hide it so far that the other side is larger by this factor.
+const HIDDEN: f64 = 2.0;
+
 /// Most sample points on one open component.
 const MOST_SAMPLES: usize = 512;
 
@@ -91,6 +95,13 @@ impl TriMesh {
         let parts = Parts::new(self);
         let of_component = parts.decide(self);
         Facings { of_component, faces: parts.faces }
+    }
+}
+
+impl VisibleArea {
+    /// Whether more is visible of the back.
+    fn is_back(self) -> bool {
+        self.back > CLEARLY * self.front
     }
 }
 
@@ -145,15 +156,18 @@ impl Parts {
         let Some(bounds) = mesh.bounding_box() else { return Vec::new() };
         let tree = FaceTree::new(mesh);
         let depths = self.depths(mesh, &Containment::new(mesh, &tree, bounds));
-        let visible = self.visible_areas(&Visibility::new(mesh, &tree, bounds));
+        let visibility = Visibility::new(mesh, &tree, bounds);
+        let visible = self.visible_areas(&visibility);
         let facing = |i: usize| {
             if sizes[i].volume != 0.0 {
                 let is_cavity = depths[i] % 2 == 1;
                 return by_volume((sizes[i].volume < 0.0) != is_cavity);
             }
             let VisibleArea { front, back } = visible[i];
-            if back > CLEARLY * front {
-                Facing::InsideOut
+            if visible[i].is_back() {
+                let alone = || self.visible_alone(&visibility, i);
+                let is_clear = back > HIDDEN * front || alone().is_back();
+                if is_clear { Facing::InsideOut } else { Facing::Undecided }
             } else if front > CLEARLY * back {
                 Facing::Outward
             } else {
@@ -237,6 +251,13 @@ impl Parts {
         some_inside() && parallel::holds_in_blocks(count, none_outside)
     }
 
+    /// The visible area of a component without the others.
+    fn visible_alone(&self, visibility: &Visibility<'_>, i: usize) -> VisibleArea {
+        let faces = &self.faces[i];
+        let is_own = |face| self.component(face) as usize == i;
+        visibility.of_faces(faces, MOST_SAMPLES.min(16 * faces.len()), is_own)
+    }
+
     /// Visible areas of the components without a volume, the largest first, until the samples are used up.
     fn visible_areas(&self, visibility: &Visibility<'_>) -> Vec<VisibleArea> {
         let mut order: Vec<usize> =
@@ -246,7 +267,7 @@ impl Parts {
         order.truncate(ALL_SAMPLES / samples);
         let areas = parallel::collect_each(order.len(), |place| {
             let faces = &self.faces[order[place]];
-            visibility.of_faces(faces, samples.min(16 * faces.len()))
+            visibility.of_faces(faces, samples.min(16 * faces.len()), |_| true)
         });
         let mut all = vec![VisibleArea::default(); self.sizes.len()];
         order.into_iter().zip(areas).for_each(|(i, area)| all[i] = area);

@@ -51,8 +51,14 @@ impl<'m> Visibility<'m> {
         Self { mesh, tree, directions, least }
     }
 
-    /// The visible area of some faces, from `samples` points spread by area.
-    pub(crate) fn of_faces(&self, faces: &[FaceId], samples: usize) -> VisibleArea {
+    /// The visible area of some faces, from `samples` points spread by area. Only faces that `hides` accepts stand in
+    /// the way.
+    pub(crate) fn of_faces(
+        &self,
+        faces: &[FaceId],
+        samples: usize,
+        hides: impl Fn(FaceId) -> bool,
+    ) -> VisibleArea {
         let areas = faces.iter().map(|&f| self.mesh.face_area(f));
         let total: f64 = areas.clone().sum();
         let mut visible = VisibleArea::default();
@@ -66,7 +72,7 @@ impl<'m> Visibility<'m> {
             covered += area;
             while next < samples && (next as f64 + 0.5) * total <= covered * samples as f64 {
                 let point = point_of(self.mesh.triangle(face), &mut random);
-                if self.add(face, point, &mut visible, &mut tests).is_none() {
+                if self.add(face, point, &hides, &mut visible, &mut tests).is_none() {
                     return VisibleArea::default();
                 }
                 next += 1;
@@ -80,13 +86,14 @@ impl<'m> Visibility<'m> {
         &self,
         face: FaceId,
         point: DVec3,
+        hides: &impl Fn(FaceId) -> bool,
         visible: &mut VisibleArea,
         tests: &mut usize,
     ) -> Option<()> {
         let normal = self.mesh.face_normal(face);
         for direction in self.directions.into_iter().flat_map(|d| [d, -d]) {
             let cosine = normal.dot(direction);
-            if cosine.abs() > 0.05 && self.escapes(face, point, direction, tests)? {
+            if cosine.abs() > 0.05 && self.escapes(face, point, direction, hides, tests)? {
                 let side = if cosine > 0.0 { &mut visible.front } else { &mut visible.back };
                 *side += cosine.abs();
             }
@@ -100,6 +107,7 @@ impl<'m> Visibility<'m> {
         from: FaceId,
         point: DVec3,
         direction: DVec3,
+        hides: &impl Fn(FaceId) -> bool,
         tests: &mut usize,
     ) -> Option<bool> {
         let inverse = direction.recip();
@@ -111,7 +119,8 @@ impl<'m> Visibility<'m> {
         };
         let ends = |f: FaceId| {
             *tests = tests.saturating_sub(1);
-            *tests == 0 || f != from && self.is_hit(self.mesh.triangle(f), point, direction)
+            let may_end = f != from && hides(f);
+            *tests == 0 || may_end && self.is_hit(self.mesh.triangle(f), point, direction)
         };
         let found = self.tree.find_where(self.mesh, may_hit, ends);
         (*tests > 0).then_some(found.is_none())
