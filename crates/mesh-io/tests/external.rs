@@ -254,3 +254,33 @@ fn options_of_a_texture_are_not_part_of_its_name() {
     assert_eq!(model.images[0].data, ImageData::Uri("x.png".to_owned()));
     assert!(model.notes[0].contains("not applied"), "{:?}", model.notes);
 }
+
+/// `Tr` is the opposite of `d`, which counts where a library has both.
+#[test]
+fn transparency_is_the_opposite_of_opacity() {
+    let folder = tempfile::tempdir().unwrap();
+    let materials = [
+        ("Tr 0.25", 0.75),
+        ("Tr 0.5\nd 0.25", 0.25),
+        ("d 1\nTr 1", 1.0),
+        ("d -halo 0.5", 0.5),
+        ("Kd 1 0 0", 1.0),
+        ("Tr none", 1.0),
+    ];
+    let (mut library, mut mesh) =
+        (String::new(), "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned());
+    for (place, (lines, _)) in materials.iter().enumerate() {
+        library += &format!("newmtl {place}\n{lines}\n");
+        mesh += &format!("usemtl {place}\nf 1 2 3\n");
+    }
+    fs::write(folder.path().join("a.mtl"), library).unwrap();
+    let path = folder.path().join("a.obj");
+    fs::write(&path, mesh).unwrap();
+    let model = read(&path).unwrap();
+    let opacities: Vec<f32> =
+        model.materials.iter().map(|material| material.base_color[3]).collect();
+    assert_eq!(opacities, materials.map(|(_, opacity)| opacity));
+    let is_blended = |material: &mesh_io::Material| material.alpha == mesh_io::Alpha::Blend;
+    assert!(model.materials.iter().all(|m| is_blended(m) == (m.base_color[3] < 1.0)));
+    assert!(model.lost.is_empty(), "{:?}", model.lost);
+}

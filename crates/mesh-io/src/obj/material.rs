@@ -37,6 +37,7 @@ pub(super) fn read_libraries(
         names,
         images: Numbering::default(),
         place: None,
+        has_opacity: false,
         unread: BTreeSet::new(),
         notes,
     };
@@ -91,6 +92,8 @@ struct Reader<'r> {
     images: Numbering,
     /// The current material, if the mesh uses it.
     place: Option<u32>,
+    /// Whether the current material has a line `d`.
+    has_opacity: bool,
     /// Keywords of the materials that are ignored.
     unread: BTreeSet<String>,
     notes: &'r mut Notes,
@@ -127,6 +130,7 @@ impl Reader<'_> {
             {
                 *material = named(name);
             }
+            self.has_opacity = false;
             return 0;
         }
         let Some(material) = self.place.and_then(|place| self.materials.get_mut(place as usize))
@@ -141,11 +145,15 @@ impl Reader<'_> {
             }
             b"Ke" => material.emissive = color(words).unwrap_or(material.emissive),
             b"d" => {
-                if let Some(opacity) = words.next().and_then(number) {
-                    material.base_color[3] = opacity as f32;
-                    material.alpha = if opacity < 1.0 { Alpha::Blend } else { Alpha::Opaque };
-                }
+                let value = words.find(|word| *word != b"-halo").and_then(number);
+                self.has_opacity |= value.is_some();
+                set_opacity(material, value);
             }
+            // `Tr` is the opposite of `d`. A library may have both; some programs then write `d` twice.
+            b"Tr" if !self.has_opacity => {
+                set_opacity(material, words.next().and_then(number).map(|value| 1.0 - value));
+            }
+            b"Tr" => {}
             b"map_Kd" => return self.picture(line, words),
             b"" => {}
             other if self.unread.len() < MOST_KEYWORDS => {
@@ -168,6 +176,13 @@ impl Reader<'_> {
             material.base_color_image = Some(image);
         }
         if is_new { Numbering::COST + GROWING * 80 + name.len() as u64 } else { 0 }
+    }
+}
+
+fn set_opacity(material: &mut Material, opacity: Option<f64>) {
+    if let Some(opacity) = opacity {
+        material.base_color[3] = opacity as f32;
+        material.alpha = if opacity < 1.0 { Alpha::Blend } else { Alpha::Opaque };
     }
 }
 

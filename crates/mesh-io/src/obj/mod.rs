@@ -7,6 +7,7 @@ mod companion;
 mod library;
 mod material;
 mod names;
+mod polypaint;
 mod read;
 mod scan;
 mod write;

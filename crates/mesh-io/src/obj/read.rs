@@ -1,6 +1,7 @@
 //! Reading OBJ.
 
 use super::material;
+use super::polypaint::Polypaint;
 use crate::budget::GROWING;
 use crate::error::ReadErrorKind;
 use crate::external::Files;
@@ -49,6 +50,8 @@ struct Reader {
     soup: PolygonSoup,
     /// Empty, or one per vertex; white where a vertex has no colour.
     colors: Vec<[f32; 4]>,
+    /// The colours in comments.
+    polypaint: Polypaint,
     /// The texture coordinates and normals that the file lists.
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
@@ -89,6 +92,7 @@ impl Reader {
         let mut reader = Self {
             soup: PolygonSoup::new(),
             colors: Vec::new(),
+            polypaint: Polypaint::default(),
             uvs: Vec::new(),
             normals: Vec::new(),
             corner_uvs: None,
@@ -124,7 +128,7 @@ impl Reader {
     /// Processes a line of the file and returns its memory.
     fn line(&mut self, line: Line<'_>) -> Result<u64, ReadErrorKind> {
         let mut words = line.words();
-        let Some(keyword) = words.next() else { return Ok(0) };
+        let Some(keyword) = words.next() else { return Ok(self.polypaint.line(&line)) };
         let name = || String::from_utf8_lossy(words.remainder());
         match keyword {
             b"v" => self.position(line),
@@ -292,6 +296,7 @@ impl Reader {
             face_smoothing: (!self.smoothing.is_empty()).then_some(self.smoothing),
             ..Model::default()
         };
+        self.polypaint.store(&mut model, &mut self.notes);
         self.notes.store(&mut model);
         Ok(model)
     }

@@ -1,5 +1,6 @@
 //! OBJ as a stream.
 
+use super::polypaint;
 use super::read::{corner, join_lines, lost_line, position};
 use crate::error::ReadErrorKind;
 use crate::input::{Input, Line};
@@ -49,7 +50,12 @@ impl Scan<'_> {
         line: Line<'_>,
         visit: &mut Visit<'_>,
     ) -> Result<ControlFlow<()>, ReadErrorKind> {
-        let Some(keyword) = line.words().next() else { return Ok(ControlFlow::Continue(())) };
+        let Some(keyword) = line.words().next() else {
+            if polypaint::digits(&line).is_some() {
+                self.notes.lose(Lost::new("colours of OBJ vertices", STREAMED));
+            }
+            return Ok(ControlFlow::Continue(()));
+        };
         match keyword {
             b"v" => {
                 let (position, color) = position(line)?;
