@@ -5,7 +5,11 @@ use crate::model::Model;
 /// Colours with channels above this use another range. Channels between 1 and this are treated as rounding errors.
 const ABOVE_ONE: f32 = 1.5;
 
-/// Divides colours above 1 by the value of full intensity, and adds a note.
+/// If this share of the channels is between 0 and 1, brighter channels are light beyond white, as in colours from a
+/// renderer. In a range up to 255, such channels are almost black, and few.
+const SHARE_BELOW_ONE: f64 = 0.1;
+
+/// Divides colours above 1 by the value of full intensity, and adds a note. Light beyond white stays.
 pub(crate) fn to_unit_range(model: &mut Model) {
     for (colors, of) in [(&mut model.vertex_colors, "vertices"), (&mut model.face_colors, "faces")]
     {
@@ -15,6 +19,12 @@ pub(crate) fn to_unit_range(model: &mut Model) {
             channels.copied().filter(|value| value.is_finite()).fold(0.0, f32::max)
         };
         let (most, opacity) = (largest(0, 3), largest(3, 4));
+        if most > ABOVE_ONE && is_beyond_white(colors) {
+            model
+                .notes
+                .push(format!("colours of {of} are up to {most}: kept as light beyond white"));
+            continue;
+        }
         // A colour without opacity is opaque, which is 1 in any range.
         let full = full_intensity(most);
         let full_opacity = if opacity > ABOVE_ONE { full_intensity(opacity) } else { 1.0 };
@@ -28,6 +38,16 @@ pub(crate) fn to_unit_range(model: &mut Model) {
         let full = full.max(full_opacity);
         model.notes.push(format!("colours of {of} are above 1: divided by {full}"));
     }
+}
+
+/// Whether many channels are between 0 and 1, rounding errors apart.
+fn is_beyond_white(colors: &[[f32; 4]]) -> bool {
+    let (mut bright, mut dim) = (0_u64, 0_u64);
+    for &channel in colors.iter().flat_map(|color| &color[..3]) {
+        bright += u64::from(channel >= 0.99);
+        dim += u64::from(channel > 0.0 && channel < 0.99);
+    }
+    dim as f64 >= SHARE_BELOW_ONE * (dim + bright) as f64
 }
 
 /// The value of full intensity, if the largest channel is `most`.

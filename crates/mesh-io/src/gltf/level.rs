@@ -220,6 +220,16 @@ impl<'m> Level<'m> {
         if let Some(colors) = &model.vertex_colors {
             let column = if are_bytes(colors) { Column::ByteColor } else { Column::Color };
             self.columns.push(("COLOR_0".to_owned(), column));
+            let beyond = |color: &&[f32; 4]| color.iter().any(|&value| value > 1.0);
+            let beyond = colors.iter().filter(beyond).count() as u64;
+            if beyond > 0 {
+                let what = "light beyond white of vertex colours";
+                self.lost.push(Lost::some(
+                    what,
+                    beyond,
+                    "colours of glTF end at 1; PLY keeps them",
+                ));
+            }
         }
         let name = |name: &str| format!("_{}", name.to_uppercase());
         let names = distinct_names(model.vertex_scalars.iter().map(|s| name(&s.name)), &[]);
@@ -254,7 +264,7 @@ impl<'m> Level<'m> {
                 floats(writer, uv.map_or([0.0; 2], |[u, v]| [u, 1.0 - v]))
             }
             Column::ByteColor => writer.write_all(&to_bytes(&self.color(vertex))),
-            Column::Color => floats(writer, self.color(vertex)),
+            Column::Color => floats(writer, self.color(vertex).map(|value| value.clamp(0.0, 1.0))),
             Column::Scalar(index, component) => {
                 let values = &model.vertex_scalars[index].values;
                 match (component, values.whole(vertex)) {
