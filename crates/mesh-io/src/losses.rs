@@ -76,6 +76,7 @@ fn kinds(model: &Model, format: Format) -> Vec<Kind> {
         kind("face colours", length(model.face_colors.as_ref()), &[Ply, Off, Stl]),
         kind("materials", materials, &[Obj, Gltf, Glb]),
         kind("groups", groups, &[Obj, Stl]),
+        kind("comments", model.comments.len() as u64, &[Ply]),
         named("vertex", &model.vertex_scalars, &[Ply, Gltf, Glb]),
         named("face", &model.face_scalars, &[Ply]),
     ]

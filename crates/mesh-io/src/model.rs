@@ -52,6 +52,9 @@ pub struct Model {
     pub images: Vec<Image>,
     /// The material libraries that an OBJ file names.
     pub material_libraries: Vec<String>,
+    /// The comments in the header of a PLY file, in order. A comment that starts with `obj_info ` is a line of
+    /// `obj_info`.
+    pub comments: Vec<String>,
     /// Messages of the reader for people: losses, repairs and assumptions. At most a hundred, and
     /// [printable](crate::printable).
     pub notes: Vec<String>,
@@ -301,6 +304,7 @@ impl Model {
             materials: self.materials.clone(),
             images: self.images.clone(),
             material_libraries: self.material_libraries.clone(),
+            comments: self.comments.clone(),
             notes: self.notes.clone(),
             lost: self.lost.clone(),
         };
@@ -434,6 +438,7 @@ impl Model {
             materials,
             images,
             material_libraries,
+            comments: _,
             notes: _,
             lost: _,
         } = self;

@@ -238,6 +238,117 @@ fn faces_that_rounding_flattens_are_counted() {
     }
 }
 
+/// Colours from a renderer go beyond white. Divided by 255, they would be black. Averages of bytes are fractions too, but
+/// few of them are below 1.
+#[test]
+fn light_beyond_white_is_kept_and_said() {
+    let ply = |colors: &[f32]| {
+        let head = format!(
+            "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+             property float z\nproperty float red\nproperty float green\nproperty float blue\n\
+             end_header\n",
+            colors.len()
+        );
+        colors.iter().fold(head, |text, c| text + &format!("0 0 0 {c} {c} 0\n"))
+    };
+    let light = [0.25, 0.5, 0.75, 1.0, 2.5, 12.0];
+    let model = parsed(ply(&light).as_bytes());
+    let reds: Vec<f32> = model.vertex_colors.iter().flatten().map(|color| color[0]).collect();
+    assert_eq!(reds, light);
+    assert!(model.notes.iter().any(|note| note.contains("beyond white")), "{:?}", model.notes);
+    for (format, keeps) in
+        [(Format::Ply, true), (Format::Obj, true), (Format::Off, true), (Format::Glb, false)]
+    {
+        let mut model = model.clone();
+        model.soup.push_face(&[0, 1, 2]).unwrap();
+        model.soup.push_face(&[3, 4, 5]).unwrap();
+        let (bytes, lost) = written(&model, format);
+        assert_eq!(is_named(&lost, "beyond white"), !keeps, "{format}: {lost:?}");
+        let most = parsed(&bytes).vertex_colors.unwrap().iter().fold(0.0, |m, c| c[0].max(m));
+        assert_eq!(most, if keeps { 12.0 } else { 1.0 }, "{format}");
+    }
+    let averages: Vec<f32> = (0..40).map(|step| 0.5 + 6.25 * step as f32).collect();
+    let model = parsed(ply(&averages).as_bytes());
+    for (color, average) in model.vertex_colors.unwrap().iter().zip(averages) {
+        assert!((color[0] - average / 255.0).abs() < 1e-6);
+    }
+}
+
+/// Scanners write their name and the size of their grid into the header.
+#[test]
+fn comments_of_ply_survive_ply_and_are_counted_elsewhere() {
+    let text = "ply\nformat ascii 1.0\ncomment made by VCGLIB\nobj_info num_cols 512\n\
+        comment crs  EPSG:25832 # 1\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let model = parsed(text.as_bytes());
+    let as_text = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
+    let (bytes, lost) = written_with(&model, Format::Ply, &as_text);
+    assert_eq!((String::from_utf8(bytes).unwrap(), lost), (text.to_owned(), Vec::new()));
+    for format in [Format::Obj, Format::Off, Format::Stl, Format::Glb] {
+        let (_, lost) = written(&model, format);
+        let comments = lost.iter().find(|lost| lost.what == "comments").unwrap();
+        assert!(comments.count == Some(3) && comments.why.contains("PLY"), "{comments}");
+    }
+    let same: Vec<u32> = (0..3).collect();
+    let rebuilt =
+        model.reindexed(model.soup.positions(), &[[0, 1, 2]], &same, &[0], &[[0, 1, 2]]).unwrap();
+    assert_eq!(rebuilt.comments, model.comments);
+    // A comment of another origin stays on its line.
+    let mut other = model;
+    other.comments = vec!["a\nend_header".to_owned()];
+    let (bytes, _) = written_with(&other, Format::Ply, &as_text);
+    assert_eq!(parsed(&bytes).comments, ["a end_header"]);
+}
+
+#[test]
+fn digits_of_double_attributes_are_counted() {
+    for binary in [false, true] {
+        let format = if binary { "binary_little_endian" } else { "ascii" };
+        let mut bytes = format!(
+            "ply\nformat {format} 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+             property float z\nproperty double nx\nproperty double ny\nproperty double nz\n\
+             property double s\nproperty double t\nend_header\n"
+        )
+        .into_bytes();
+        for row in [[0.6, 0.8, 0.0, 0.5, 0.25], [1.0, 0.0, 0.0, 0.1, f64::NAN]] {
+            if binary {
+                bytes.extend([0.0_f32; 3].iter().flat_map(|x| x.to_le_bytes()));
+                bytes.extend(row.iter().flat_map(|x| x.to_le_bytes()));
+            } else {
+                let words: Vec<String> = row.iter().map(f64::to_string).collect();
+                bytes.extend(format!("0 0 0 {}\n", words.join(" ")).into_bytes());
+            }
+        }
+        let model = parsed(&bytes);
+        assert_eq!(count_of(&model, "digits of the normals"), Some(2));
+        assert_eq!(count_of(&model, "digits of the texture coordinates"), Some(1));
+    }
+}
+
+/// `ZBrush` writes the colours of vertices into comments, with a mask each.
+#[test]
+fn polypaint_is_read_as_colours_and_a_mask() {
+    let text = |masks: [&str; 3], more: &str| {
+        let [a, b, c] = masks;
+        format!(
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\n#MRGB {a}ff0000{b}00ff00\n#MRGB {c}0000ff\n{more}f 1 2 3\n"
+        )
+    };
+    let colors = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]];
+    let model = parsed(text(["ff"; 3], "").as_bytes());
+    assert_eq!((model.vertex_colors.as_deref(), model.lost.len()), (Some(&colors[..]), 0));
+    assert!(model.vertex_scalars.is_empty());
+    let model = parsed(text(["ff", "80", "00"], "").as_bytes());
+    assert_eq!(model.vertex_scalars, [Scalars::new("mask", vec![255_u8, 128, 0])]);
+    for more in ["#MRGB ff112233\n", "#MRGB ff11\n", "#MRGB nonsense\n"] {
+        let model = parsed(text(["ff"; 3], more).as_bytes());
+        assert!(model.vertex_colors.is_none() && count_of(&model, "#MRGB") >= Some(3), "{more}");
+    }
+    let own = "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\n#MRGB ff000000ff000000\n";
+    assert_eq!(count_of(&parsed(own.as_bytes()), "#MRGB"), Some(2));
+}
+
 #[test]
 fn whole_colours_of_a_wide_type_are_divided() {
     for kind in ["int", "uint", "short", "ushort", "double"] {

@@ -139,6 +139,40 @@ impl NamedNumbers {
     }
 }
 
+/// The numbers of double properties that the 32 bits of a model round.
+#[derive(Default)]
+struct Rounded {
+    normals: u64,
+    colors: u64,
+    uvs: u64,
+}
+
+impl Rounded {
+    /// The counter of a property.
+    fn of(&mut self, target: Target, kind: ScalarType) -> Option<&mut u64> {
+        match target {
+            _ if kind != ScalarType::F64 => None,
+            Target::Normal(_) => Some(&mut self.normals),
+            Target::Color(..) => Some(&mut self.colors),
+            Target::Uv(_) => Some(&mut self.uvs),
+            Target::Position(_) | Target::Scalar(_) | Target::Nothing => None,
+        }
+    }
+
+    fn finish(&self, of: &str, notes: &mut Notes) {
+        for (count, what) in
+            [(self.normals, "normals"), (self.colors, "colours"), (self.uvs, "texture coordinates")]
+        {
+            let why = "a model has 32 bits for them";
+            notes.lose_some(format!("digits of the {what} of {of}"), count, why);
+        }
+    }
+}
+
+fn is_rounded(value: f64) -> bool {
+    f64::from(value as f32) != value && !value.is_nan()
+}
+
 /// The attributes of the vertices while they are read.
 pub(super) struct VertexColumns {
     targets: Vec<Target>,
@@ -147,6 +181,8 @@ pub(super) struct VertexColumns {
     colors: Option<Vec<[f32; 4]>>,
     uvs: Option<Vec<[f32; 2]>>,
     scalars: NamedNumbers,
+    kinds: Vec<ScalarType>,
+    rounded: Rounded,
     /// The number of records before the current block.
     done: usize,
 }
@@ -177,6 +213,8 @@ impl VertexColumns {
             uvs: has(|t| matches!(t, Target::Uv(_))).then(Vec::new),
             targets,
             scalars,
+            kinds: element.properties.iter().map(|property| property.value).collect(),
+            rounded: Rounded::default(),
             done: 0,
         })
     }
@@ -225,6 +263,9 @@ impl VertexColumns {
     /// Sets the values of a property for the current block.
     pub(super) fn set_block(&mut self, property: usize, column: Column<'_>) {
         let done = self.done;
+        if let Some(count) = self.rounded.of(self.targets[property], column.kind) {
+            column.each(|_, value| *count += u64::from(is_rounded(value)));
+        }
         match (self.targets[property], &mut self.normals, &mut self.colors, &mut self.uvs) {
             (Target::Position(axis), ..) => {
                 let rows = &mut self.positions[done..];
@@ -255,6 +296,9 @@ impl VertexColumns {
         let row = self.done;
         let all = (&mut self.normals, &mut self.colors, &mut self.uvs);
         for (place, (&target, &value)) in self.targets.iter().zip(&record.values).enumerate() {
+            if let Some(count) = self.rounded.of(target, self.kinds[place]) {
+                *count += u64::from(is_rounded(value));
+            }
             match (target, &mut *all.0, &mut *all.1, &mut *all.2) {
                 (Target::Position(axis), ..) => self.positions[row][axis] = value,
                 (Target::Normal(axis), Some(normals), ..) => normals[row][axis] = value as f32,
@@ -274,6 +318,7 @@ impl VertexColumns {
         model.vertex_normals = self.normals;
         model.vertex_colors = self.colors;
         model.vertex_scalars = self.scalars.finish(notes);
+        self.rounded.finish("vertices", notes);
         self.uvs
     }
 }
@@ -292,6 +337,8 @@ pub(super) struct FaceColumns {
     uvs: Vec<[f32; 2]>,
     colors: Option<Vec<[f32; 4]>>,
     scalars: NamedNumbers,
+    kinds: Vec<ScalarType>,
+    rounded: Rounded,
     /// The number of faces so far.
     count: usize,
 }
@@ -312,6 +359,8 @@ impl FaceColumns {
             targets,
             uvs: Vec::new(),
             scalars,
+            kinds: element.properties.iter().map(|property| property.value).collect(),
+            rounded: Rounded::default(),
             count: 0,
         })
     }
@@ -338,6 +387,10 @@ impl FaceColumns {
     /// Adds the attributes of a face.
     pub(super) fn push(&mut self, record: &Record, corners: usize) {
         if let Some(list) = self.uv_list {
+            if self.kinds[list] == ScalarType::F64 {
+                let rounded = record.lists[list].iter().filter(|&&value| is_rounded(value));
+                self.rounded.uvs += rounded.count() as u64;
+            }
             let (pairs, rest) = record.lists[list].as_chunks::<2>();
             if pairs.len() == corners && rest.is_empty() {
                 self.uvs.extend(pairs.iter().map(|uv| uv.map(|value| value as f32)));
@@ -348,6 +401,9 @@ impl FaceColumns {
         let mut color = [0.0, 0.0, 0.0, 1.0];
         self.scalars.resize(self.count + 1);
         for (place, (&target, &value)) in self.targets.iter().zip(&record.values).enumerate() {
+            if let Some(count) = self.rounded.of(target, self.kinds[place]) {
+                *count += u64::from(is_rounded(value));
+            }
             match target {
                 Target::Color(channel, full) => color[channel] = intensity(value, full),
                 Target::Scalar(index) => self.scalars.set(index, self.count, record, place),
@@ -364,5 +420,6 @@ impl FaceColumns {
         model.corner_uvs = self.uv_list.map(|_| self.uvs);
         model.face_colors = self.colors;
         model.face_scalars = self.scalars.finish(notes);
+        self.rounded.finish("faces", notes);
     }
 }

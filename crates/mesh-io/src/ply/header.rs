@@ -80,13 +80,15 @@ pub(super) struct Header {
     pub elements: Vec<Element>,
     /// The pictures named in comments, as MeshLab writes them.
     pub textures: Vec<String>,
+    /// All other comments, and the lines of `obj_info` with this word.
+    pub comments: Vec<String>,
 }
 
 /// Reads up to and including `end_header`.
 pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
     let mut storage = None;
     let mut elements: Vec<Element> = Vec::new();
-    let mut textures = Vec::new();
+    let (mut textures, mut comments) = (Vec::new(), Vec::new());
     let mut first = true;
     loop {
         let number = input.line_number() + u64::from(!first);
@@ -110,7 +112,12 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
                 words.next();
                 textures.push(String::from_utf8_lossy(words.remainder()).replace('\\', "/"));
             }
-            b"" | b"comment" | b"obj_info" => continue,
+            b"comment" => {
+                let text = words.remainder();
+                comments.extend((!text.is_empty()).then(|| String::from_utf8_lossy(text).into()));
+            }
+            b"obj_info" => comments.push(String::from_utf8_lossy(line.text.trim_ascii()).into()),
+            b"" => continue,
             b"format" => storage = Some(read_format(line)?),
             b"element" => elements.push(read_element(line)?),
             b"property" => {
@@ -123,7 +130,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
             b"end_header" => {
                 let storage = storage
                     .ok_or_else(|| line.unexpected("a format line before", b"end_header"))?;
-                return Ok(Header { storage, elements, textures });
+                return Ok(Header { storage, elements, textures, comments });
             }
             other => {
                 let expected = "one of format, element, property, comment, obj_info, end_header";

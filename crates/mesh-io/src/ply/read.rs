@@ -41,6 +41,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
         reader.element(element)?;
     }
     note_more(reader.input, reader.storage, &mut reader.notes)?;
+    reader.model.comments = header.comments;
     reader.finish(header.textures)
 }
 

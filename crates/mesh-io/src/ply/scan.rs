@@ -19,6 +19,8 @@ pub(crate) fn scan(
     notes: &mut Notes,
 ) -> Result<ControlFlow<()>, ReadErrorKind> {
     let header = header::read(input)?;
+    let comments = header.comments.len() as u64;
+    notes.lose_some("comments of the PLY header", comments, STREAMED);
     let vertex_count = header.elements.iter().find(|e| e.name == "vertex").map_or(0, |e| e.count);
     let (mut has_vertices, mut has_faces) = (false, false);
     let mut flow = ControlFlow::Continue(());

@@ -174,6 +174,10 @@ impl<'m> Plan<'m> {
         for name in self.textures.iter().flat_map(|textures| &textures.names) {
             writeln!(writer, "comment TextureFile {name}")?;
         }
+        for comment in &model.comments {
+            let keyword = if comment.starts_with("obj_info ") { "" } else { "comment " };
+            writeln!(writer, "{keyword}{}", comment.replace(char::is_control, " "))?;
+        }
         writeln!(writer, "element vertex {}", model.soup.vertex_count())?;
         for axis in ["x", "y", "z"] {
             writeln!(writer, "property {} {axis}", float(self.wide_positions))?;
