@@ -352,6 +352,11 @@ pub(crate) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
+    /// Whether only white space is left. Unlike [`remainder`](Self::remainder), it does not look at the end of the line.
+    pub(crate) fn is_at_end(&self) -> bool {
+        self.rest.trim_ascii_start().is_empty()
+    }
+
     /// The rest of the line, without surrounding white space.
     pub(crate) fn remainder(&self) -> &'a [u8] {
         self.rest.trim_ascii()

@@ -228,7 +228,7 @@ impl Picture {
                 let word = next.next().unwrap_or_default();
                 let value = number(word);
                 // A number at the end is a name.
-                if (argument > 0 && value.is_none()) || next.remainder().is_empty() {
+                if (argument > 0 && value.is_none()) || next.is_at_end() {
                     break;
                 }
                 changed |= match neutral {
@@ -268,5 +268,17 @@ mod tests {
             let picture = Picture::read(words).expect(text);
             assert_eq!((picture.name.as_str(), picture.changed), (name, changed), "{text}");
         }
+    }
+
+    /// A look at the end of the line for each option would make long lines quadratic.
+    #[test]
+    fn options_do_not_look_at_the_end_of_the_line() {
+        let mut words = Line { number: 1, text: b"  x  " }.words();
+        assert!(!words.is_at_end());
+        words.next();
+        assert!(words.is_at_end() && words.remainder().is_empty());
+        let text = format!("{}a.png{}", "-s 1 1 1 ".repeat(50_000), " ".repeat(500_000));
+        let picture = Picture::read(Line { number: 1, text: text.as_bytes() }.words());
+        assert_eq!(picture.map(|picture| picture.name), Some("a.png".to_owned()));
     }
 }
