@@ -3,6 +3,7 @@
 use super::replace::NewPrimitive;
 use super::vertex_data::VertexData;
 use crate::scalars::ScalarType;
+use std::collections::HashMap;
 
 /// Weights of a vertex have this sum.
 const WHOLE: u8 = u8::MAX;
@@ -17,7 +18,10 @@ impl NewPrimitive {
     /// Rounds the weights of skins as [`Scene::quantized`](crate::Scene::quantized) does. Weights that are integers
     /// already stay as they are.
     pub fn round_weights(&mut self) {
-        let place = |name: String| self.attributes.iter().position(|data| data.name == name);
+        let attributes = self.attributes.iter().enumerate();
+        let named: HashMap<&str, usize> =
+            attributes.map(|(place, data)| (&*data.name, place)).collect();
+        let place = |name: String| named.get(&*name).copied();
         let sets = (0..).map_while(|set: usize| {
             Some([place(format!("JOINTS_{set}"))?, place(format!("WEIGHTS_{set}"))?])
         });
