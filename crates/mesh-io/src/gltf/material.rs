@@ -11,6 +11,7 @@ use crate::{Alpha, Image, ImageData, Material, Model};
 use mesh_core::as_u32;
 use percent_encoding::percent_decode_str;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Reads the materials and images of a document; unreadable parts are noted. Returns, for every material, the texture
 /// that its texture coordinates belong to.
@@ -53,6 +54,14 @@ fn read_images(
 ) -> Result<Vec<u32>, ReadErrorKind> {
     let images = &document.root.images;
     input.spend(2 * (size_of::<Image>() + 64) as u64 * images.len() as u64, || at("images"))?;
+    // Views can overlap, and buffers can be the same file. The pixels that pictures may have are justified by their bytes,
+    // so all images together have at most the bytes that are there.
+    let contents: HashMap<_, usize> = document
+        .buffers
+        .iter()
+        .map(|buffer| (Arc::as_ptr(&buffer.all), buffer.all.len()))
+        .collect();
+    let mut room: usize = contents.values().sum();
     let mut places = Vec::with_capacity(images.len());
     let mut known = HashMap::new();
     model.images.reserve_exact(images.len());
@@ -84,8 +93,15 @@ fn read_images(
                             places.push(place);
                             continue;
                         }
-                        input.spend(bytes.len() as u64, || at(&path))?;
-                        bytes.to_vec()
+                        if let Some(left) = room.checked_sub(bytes.len()) {
+                            room = left;
+                            input.spend(bytes.len() as u64, || at(&path))?;
+                            bytes.to_vec()
+                        } else {
+                            let why = "the images have more bytes together than the buffers";
+                            notes.lose(Lost::new(path, why));
+                            Vec::new()
+                        }
                     }
                     None => {
                         notes.add(format!("{path}: the image is not there"));
