@@ -66,7 +66,7 @@ impl PictureFormat {
                 (bytes.get(12..16)? == b"IHDR")
                     .then(|| [width, height].map(|side| u32::from_be_bytes(*side)))
             }
-            Self::Jpeg => jpeg_size(bytes),
+            Self::Jpeg => JpegFrame::of(bytes).map(|frame| frame.size),
             Self::WebP => match bytes.get(12..16)? {
                 b"VP8X" => Some([little(24, 3)? + 1, little(27, 3)? + 1]),
                 b"VP8L" => {
@@ -82,34 +82,79 @@ impl PictureFormat {
         size.filter(|&[width, height]| width > 0 && height > 0)
     }
 
-    /// The largest number of bytes that a decoder needs for a pixel.
+    /// The largest number of bytes of a decoded pixel.
     pub(crate) fn pixel_bytes(self, bytes: &[u8]) -> u64 {
         // The depth of PNG is 16 bits at most, with four channels.
         if self == Self::Png && bytes.get(24) == Some(&16) { 8 } else { 4 }
     }
+
+    /// The largest number of bytes for a pixel that a decoder needs besides the decoded pixel.
+    pub(crate) fn working_bytes(self, bytes: &[u8]) -> u64 {
+        match (self, JpegFrame::of(bytes)) {
+            // All coefficients, of 16 bits, until the last scan is read.
+            (Self::Jpeg, Some(frame)) if frame.has_scans => 2 * u64::from(frame.components),
+            _ => 0,
+        }
+    }
 }
 
-/// The size in the first frame header of a JPEG file.
-fn jpeg_size(bytes: &[u8]) -> Option<[u32; 2]> {
-    let mut rest = bytes.get(2..)?;
-    loop {
+/// The first frame header of a JPEG file.
+struct JpegFrame {
+    size: [u32; 2],
+    components: u8,
+    /// Whether several scans define a pixel.
+    has_scans: bool,
+}
+
+impl JpegFrame {
+    fn of(bytes: &[u8]) -> Option<Self> {
+        let mut segments = JpegSegments(bytes.get(2..)?);
+        let (progressive, size, components) = segments.find_map(|segment| match *segment {
+            // Markers of frame headers, not of tables.
+            [
+                marker @ (0xC0..=0xC3 | 0xC5..=0xC7 | 0xC9..=0xCB | 0xCD..=0xCF),
+                _,
+                _,
+                _,
+                h,
+                l,
+                w,
+                v,
+                count,
+                ..,
+            ] => {
+                let size = [[w, v], [h, l]].map(|side| u32::from(u16::from_be_bytes(side)));
+                Some((marker % 4 == 2, size, count))
+            }
+            _ => None,
+        })?;
+        let is_partial =
+            |segment: &[u8]| matches!(*segment, [0xDA, _, _, count, ..] if count < components);
+        let has_scans = progressive || segments.any(is_partial);
+        Some(Self { size, components, has_scans })
+    }
+}
+
+/// The segments up to the data of the first scan, each from its marker on.
+struct JpegSegments<'b>(&'b [u8]);
+
+impl<'b> Iterator for JpegSegments<'b> {
+    type Item = &'b [u8];
+
+    fn next(&mut self) -> Option<&'b [u8]> {
         // Segments begin with 0xFF, any number of times, and a marker.
-        let fill = rest.iter().take_while(|&&byte| byte == 0xFF).count();
-        let (&marker, after) = rest.get(fill..)?.split_first()?;
-        match (fill, marker) {
-            // Data without a header, or its end.
-            (0, _) | (_, 0x00 | 0xD9 | 0xDA) => return None,
+        let fill = self.0.iter().take_while(|&&byte| byte == 0xFF).count();
+        let segment = self.0.get(fill..)?;
+        let end = match (fill, segment) {
+            // No segment, or the end.
+            (0, _) | (_, [] | [0x00 | 0xD9, ..]) => return None,
+            (_, [0xDA, ..]) => segment.len(),
             // Markers without data.
-            (_, 0x01 | 0xD0..=0xD8) => rest = after,
-            // Frame headers, not tables.
-            (_, 0xC0..=0xC3 | 0xC5..=0xC7 | 0xC9..=0xCB | 0xCD..=0xCF) => {
-                let &[_, _, _, h, l, w, v, ..] = after else { return None };
-                return Some([[w, v], [h, l]].map(|side| u32::from(u16::from_be_bytes(side))));
-            }
-            _ => {
-                let &[h, l, ..] = after else { return None };
-                rest = after.get(usize::from(u16::from_be_bytes([h, l])).max(2)..)?;
-            }
-        }
+            (_, [0x01 | 0xD0..=0xD8, ..]) => 1,
+            (_, &[_, h, l, ..]) => 1 + usize::from(u16::from_be_bytes([h, l])).max(2),
+            _ => segment.len(),
+        };
+        self.0 = segment.get(end..).unwrap_or_default();
+        Some(segment)
     }
 }

@@ -6,14 +6,16 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::ffi::OsStr;
+use std::fs;
 use std::hash::BuildHasher;
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mesh_core::as_u32;
 
 use crate::budget::{FLOOR, PER_BYTE};
-use crate::external::External;
+use crate::external::{External, Files, open};
 use crate::model::{ImageData, Model};
 use crate::picture_format::PictureFormat;
 
@@ -29,6 +31,9 @@ pub struct PictureOptions {
     /// The limit in bytes for the pixels of all pictures. `None` for 64 MiB plus 60 bytes for each byte of the
     /// pictures.
     pub max_memory: Option<u64>,
+    /// Whether the caller decodes the pictures, one after the other. Then the working memory of a decoder is counted,
+    /// too.
+    pub are_decoded: bool,
 }
 
 impl Default for PictureOptions {
@@ -38,6 +43,7 @@ impl Default for PictureOptions {
             external: External::default(),
             formats: PictureFormat::ALL,
             max_memory: None,
+            are_decoded: false,
         }
     }
 }
@@ -114,9 +120,17 @@ impl Pictures {
                 *is_used = true;
             }
         }
-        let mut loader =
-            Loader { options, by_hash: HashMap::default(), file_bytes: 0, pixel_bytes: 0 };
-        let mut of_name = HashMap::new();
+        let mut loader = Loader {
+            options,
+            folder: options.folder.as_deref().and_then(|folder| {
+                fs::canonicalize(if folder == "" { Path::new(".") } else { folder }).ok()
+            }),
+            by_hash: HashMap::default(),
+            file_bytes: 0,
+            pixel_bytes: 0,
+            working_bytes: 0,
+        };
+        let (mut of_name, mut of_path) = (HashMap::new(), HashMap::new());
         let mut loaded = Self::default();
         for (number, (image, is_used)) in model.images.iter().zip(is_used).enumerate() {
             let place = match &image.data {
@@ -130,10 +144,12 @@ impl Pictures {
                     };
                     loaded.add(&mut loader, name, false, |_| Ok(bytes.clone()))
                 }
-                ImageData::Uri(name) => match of_name.entry(name) {
-                    Entry::Occupied(known) => *known.get(),
-                    Entry::Vacant(new) => {
-                        *new.insert(loaded.add(&mut loader, name.clone(), true, |l| l.read(name)))
+                ImageData::Uri(name) => match of_name.get(name) {
+                    Some(known) => *known,
+                    None => {
+                        let place = loaded.add_file(&mut loader, name, &mut of_path);
+                        of_name.insert(name, place);
+                        place
                     }
                 },
             };
@@ -146,6 +162,27 @@ impl Pictures {
     #[must_use]
     pub fn of_image(&self, image: u32) -> Option<u32> {
         self.of_image.get(image as usize).copied().flatten()
+    }
+
+    /// Adds a file. A file can have many names, and is read once.
+    fn add_file(
+        &mut self,
+        loader: &mut Loader<'_>,
+        name: &str,
+        of_path: &mut HashMap<PathBuf, Option<u32>>,
+    ) -> Option<u32> {
+        let path = loader.resolve(name);
+        if let Some(known) = path.as_ref().ok().and_then(|path| of_path.get(path)) {
+            return *known;
+        }
+        let read = |loader: &Loader<'_>| {
+            path.as_deref().map_err(Clone::clone).and_then(|path| loader.read(path))
+        };
+        let place = self.add(loader, name.to_owned(), true, read);
+        if let Ok(path) = path {
+            of_path.insert(path, place);
+        }
+        place
     }
 
     fn add(
@@ -171,12 +208,16 @@ impl Pictures {
 
 struct Loader<'o> {
     options: &'o PictureOptions,
+    /// The folder, without links.
+    folder: Option<PathBuf>,
     /// The index of a picture, by the hash of its content.
     by_hash: HashMap<u64, u32, foldhash::fast::RandomState>,
     /// The bytes of all pictures.
     file_bytes: u64,
     /// The bytes that the pixels of all pictures need.
     pixel_bytes: u64,
+    /// The bytes that the decoder of a picture needs besides the pixels, for the picture that needs most.
+    working_bytes: u64,
 }
 
 /// A content that was accepted.
@@ -189,17 +230,29 @@ enum Found {
 const HEAD: u64 = 12;
 
 impl Loader<'_> {
-    /// Reads a file, if it starts as a picture.
-    fn read(&self, name: &str) -> Result<Vec<u8>, PictureError> {
-        let failed = |error: std::io::Error| PictureError::Read(error.to_string());
-        let is_hidden = |part: &str| part.starts_with('.') && part != "." && part != "..";
-        if name.split(['/', '\\']).any(is_hidden) {
+    /// The path of a file without links. Neither the name nor the path has a hidden part.
+    fn resolve(&self, name: &str) -> Result<PathBuf, PictureError> {
+        if name.split(['/', '\\']).any(|part| is_hidden(part.as_ref())) {
             return Err(PictureError::Hidden);
         }
         let Some(folder) = &self.options.folder else {
             return Err(PictureError::Read("files are not read here".into()));
         };
-        let mut file = self.options.external.open(folder, name).map_err(failed)?;
+        let files = Files { folder: Some(folder), external: self.options.external };
+        let path = files.resolve(name).map_err(PictureError::Read)?;
+        // The folder itself may be below a hidden one.
+        let folder = self.folder.iter().flat_map(|folder| folder.components());
+        let shared = path.components().zip(folder).take_while(|(a, b)| a == b).count();
+        if path.components().skip(shared).any(|part| is_hidden(part.as_os_str())) {
+            return Err(PictureError::Hidden);
+        }
+        Ok(path)
+    }
+
+    /// Reads a file, if it starts as a picture.
+    fn read(&self, path: &Path) -> Result<Vec<u8>, PictureError> {
+        let failed = |error: std::io::Error| PictureError::Read(error.to_string());
+        let (mut file, _) = open(path).map_err(PictureError::Read)?;
         let mut bytes = Vec::new();
         (&mut file).take(HEAD).read_to_end(&mut bytes).map_err(failed)?;
         self.format(&bytes)?;
@@ -225,8 +278,13 @@ impl Loader<'_> {
         }
         let size = format.size(&bytes).ok_or(PictureError::Header)?;
         let pixels = u64::from(size[0]) * u64::from(size[1]);
-        let needed = pixels.saturating_mul(format.pixel_bytes(&bytes));
-        let needed = self.pixel_bytes.saturating_add(needed);
+        let pixel_bytes =
+            self.pixel_bytes.saturating_add(pixels.saturating_mul(format.pixel_bytes(&bytes)));
+        let working_bytes = match self.options.are_decoded {
+            true => self.working_bytes.max(pixels.saturating_mul(format.working_bytes(&bytes))),
+            false => 0,
+        };
+        let needed = pixel_bytes.saturating_add(working_bytes);
         let file_bytes = self.file_bytes.saturating_add(bytes.len() as u64);
         let limit = self
             .options
@@ -235,8 +293,13 @@ impl Loader<'_> {
         if needed > limit {
             return Err(PictureError::Memory { size, needed, limit });
         }
-        (self.file_bytes, self.pixel_bytes) = (file_bytes, needed);
+        self.file_bytes = file_bytes;
+        (self.pixel_bytes, self.working_bytes) = (pixel_bytes, working_bytes);
         entry.insert_entry(as_u32(known.len()));
         Ok(Found::New { format, size, bytes })
     }
+}
+
+fn is_hidden(part: &OsStr) -> bool {
+    part.as_encoded_bytes().starts_with(b".") && part != "." && part != ".."
 }

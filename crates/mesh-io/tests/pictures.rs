@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use mesh_io::{
-    Image, ImageData, Material, Model, PictureError, PictureFormat, PictureOptions, Pictures,
+    External, Image, ImageData, Material, Model, PictureError, PictureFormat, PictureOptions,
+    Pictures,
 };
 
 /// The start of a PNG file of this size: the signature, and the header without its checksum.
@@ -162,4 +163,89 @@ fn only_pictures_in_the_folder_are_read() {
     let formats = &[PictureFormat::Png];
     let pictures = Pictures::of_model(&webp, &PictureOptions { formats, ..Default::default() });
     assert_eq!(pictures.left_out[0].1, PictureError::Format(PictureFormat::WebP));
+}
+
+/// Thousands of names of one large file would make loading quadratic.
+#[test]
+fn a_file_with_many_names_is_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("in")).unwrap();
+    fs::write(folder.path().join("in/a.png"), png([20_000, 20_000], 8)).unwrap();
+    let names = ["in/a.png", "./in/a.png", "in//a.png", "in\\.\\a.png", "in/././a.png"];
+    let used = model(names.map(|name| ImageData::Uri(name.into())));
+    let pictures = Pictures::of_model(&used, &within(folder.path()));
+    // A file that was read again would be left out again.
+    let [(name, PictureError::Memory { .. })] = &pictures.left_out[..] else {
+        panic!("{:?}", pictures.left_out)
+    };
+    assert_eq!(name, "in/a.png");
+    fs::write(folder.path().join("in/a.png"), png([20, 20], 8)).unwrap();
+    let pictures = Pictures::of_model(&used, &within(folder.path()));
+    assert!(pictures.pictures.len() == 1 && (0..5).all(|i| pictures.of_image(i) == Some(0)));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_to_hidden_files_are_not_followed() {
+    let folder = tempfile::tempdir().unwrap();
+    // A hidden folder above the model hides nothing.
+    let inner = folder.path().join(".models");
+    fs::create_dir_all(inner.join(".private")).unwrap();
+    for name in [".private/a.png", ".b.png", "c.png"] {
+        fs::write(inner.join(name), png([8, 8], 8)).unwrap();
+    }
+    for (link, target) in [
+        ("folder", ".private"),
+        ("a.png", ".private/a.png"),
+        ("b.png", ".b.png"),
+        ("d.png", "c.png"),
+    ] {
+        std::os::unix::fs::symlink(target, inner.join(link)).unwrap();
+    }
+    let names = ["folder/a.png", "a.png", "b.png", "c.png", "d.png"];
+    let used = model(names.map(|name| ImageData::Uri(name.into())));
+    for external in [External::Folder, External::Any] {
+        let options = PictureOptions { external, ..within(&inner) };
+        let pictures = Pictures::of_model(&used, &options);
+        let hidden = pictures.left_out.iter().filter(|(_, why)| *why == PictureError::Hidden);
+        assert_eq!((hidden.count(), pictures.left_out.len()), (3, 3), "{external:?}");
+        assert_eq!([3, 4].map(|image| pictures.of_image(image)), [Some(0); 2]);
+    }
+}
+
+/// A decoder of progressive pictures keeps 16 bits for each number of the whole picture, besides its pixels.
+#[test]
+fn the_working_memory_of_decoders_is_counted_once() {
+    // A frame, and a scan of some components.
+    let file = |frame: u8, scan: u8, [width, height]: [u16; 2]| {
+        let mut bytes = b"\xFF\xD8\xFF".to_vec();
+        bytes.extend([frame, 0, 17, 8]);
+        bytes.extend([height.to_be_bytes(), width.to_be_bytes()].concat());
+        bytes.extend([3, 1, 17, 0, 2, 17, 0, 3, 17, 0, 0xFF, 0xDA, 0, 8, scan]);
+        ImageData::Bytes(bytes)
+    };
+    let needed = |image: ImageData, are_decoded: bool| {
+        let options = PictureOptions { max_memory: Some(1), are_decoded, ..Default::default() };
+        let pictures = Pictures::of_model(&model([image]), &options);
+        match pictures.left_out[..] {
+            [(_, PictureError::Memory { needed, .. })] => needed,
+            _ => panic!("{:?}", pictures.left_out),
+        }
+    };
+    let size = [100, 10];
+    for (frame, scan, bytes) in [(0xC0, 3, 4), (0xC0, 1, 10), (0xC1, 3, 4), (0xC2, 3, 10)] {
+        assert_eq!(needed(file(frame, scan, size), true), 1000 * bytes, "{frame:X} {scan}");
+        assert_eq!(needed(file(frame, scan, size), false), 4000);
+    }
+    assert_eq!(needed(ImageData::Bytes(png([100, 10], 8)), true), 4000);
+    // Pictures are decoded one after the other: the largest one counts.
+    let three = || model([[100, 10], [100, 11], [100, 9]].map(|size| file(0xC2, 3, size)));
+    for (max_memory, count) in [(4 * 3000 + 6 * 1100, 3), (4 * 3000 + 6 * 1100 - 1, 2)] {
+        let options = PictureOptions {
+            max_memory: Some(max_memory),
+            are_decoded: true,
+            ..PictureOptions::default()
+        };
+        assert_eq!(Pictures::of_model(&three(), &options).pictures.len(), count);
+    }
 }
