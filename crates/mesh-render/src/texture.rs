@@ -3,7 +3,12 @@
 #[cfg(feature = "textures")]
 use std::io::Cursor;
 
-use image::RgbaImage;
+use image::{DynamicImage, GenericImageView, RgbaImage};
+#[cfg(feature = "textures")]
+use image::{
+    ImageDecoder, Limits,
+    codecs::{jpeg::JpegDecoder, png::PngDecoder},
+};
 #[cfg(feature = "textures")]
 use mesh_core::as_u32;
 #[cfg(feature = "textures")]
@@ -15,7 +20,8 @@ use crate::error::RenderError;
 /// Colours and pictures of the faces of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Texture {
-    pictures: Vec<RgbaImage>,
+    /// In the form in which the files have them: a copy with four channels would need the memory a second time.
+    pictures: Vec<DynamicImage>,
     images: Vec<Sampled>,
     faces: Vec<Skin>,
 }
@@ -66,7 +72,7 @@ impl Texture {
             false => Skin::BARE,
         };
         let images = vec![Sampled { picture: 0, cutoff: 0.0 }];
-        Self { pictures: vec![pixels], images, faces: uvs.into_iter().map(skin).collect() }
+        Self { pictures: vec![pixels.into()], images, faces: uvs.into_iter().map(skin).collect() }
     }
 
     /// The number of faces.
@@ -167,29 +173,44 @@ impl Texture {
 
 /// Decodes a picture within the memory that its header justifies.
 #[cfg(feature = "textures")]
-fn decode(picture: &Picture) -> Result<RgbaImage, RenderError> {
-    let format = match picture.format {
-        PictureFormat::Jpeg => image::ImageFormat::Jpeg,
-        PictureFormat::WebP => image::ImageFormat::WebP,
-        // The decoder refuses other formats.
-        _ => image::ImageFormat::Png,
-    };
+fn decode(picture: &Picture) -> Result<DynamicImage, RenderError> {
     let [width, height] = picture.size;
-    let mut limits = image::Limits::default();
+    let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(width), Some(height));
-    // Four channels of 16 bits, and the same amount of temporary memory; a profile may take 16 MiB.
-    limits.max_alloc = Some(16 * u64::from(width) * u64::from(height) + (16 << 20));
-    let mut reader = image::ImageReader::with_format(Cursor::new(&picture.bytes), format);
-    reader.limits(limits);
-    let decoded = reader.decode().map_err(|source| RenderError::Texture {
+    // Texts and a profile may take 16 MiB, however many pixels there are. Some rows are in memory twice.
+    limits.max_alloc = Some((16 << 20) + 32 * u64::from(width));
+    let bytes = Cursor::new(&picture.bytes);
+    let decoded = match picture.format {
+        PictureFormat::Jpeg => JpegDecoder::new(bytes).and_then(|mut decoder| {
+            decoder.set_limits(limits)?;
+            DynamicImage::from_decoder(decoder)
+        }),
+        // The decoder refuses other formats.
+        _ => PngDecoder::with_limits(bytes, limits).and_then(DynamicImage::from_decoder),
+    };
+    decoded.map_err(|source| RenderError::Texture {
         name: picture.name.clone(),
         source: Box::new(source),
-    })?;
-    Ok(decoded.into_rgba8())
+    })
 }
 
 /// Converts linear light to the sRGB values of pictures.
 #[cfg(feature = "textures")]
 fn srgb(linear: f32) -> f32 {
     linear.clamp(0.0, 1.0).powf(1.0 / 2.2)
+}
+
+#[cfg(test)]
+mod tests {
+    use image::{DynamicImage, GenericImageView, ImageBuffer, Luma};
+
+    /// A pixel that is converted when it is sampled is the pixel of the converted picture.
+    #[test]
+    fn pixels_have_eight_bits() {
+        let deep = DynamicImage::from(ImageBuffer::from_fn(256, 256, |x, y| {
+            Luma([u16::try_from(256 * y + x).unwrap()])
+        }));
+        let converted = deep.to_rgba8();
+        assert!(deep.pixels().all(|(x, y, pixel)| pixel == *converted.get_pixel(x, y)));
+    }
 }

@@ -204,8 +204,11 @@ impl Job {
             },
             None if self.plain => Painting::Plain,
             None => {
-                let options =
-                    PictureOptions { formats: Texture::FORMATS, ..PictureOptions::default() };
+                let options = PictureOptions {
+                    formats: Texture::FORMATS,
+                    are_decoded: true,
+                    ..PictureOptions::default()
+                };
                 let pictures = || Pictures::of_model(source.model, &options);
                 Painting::of_content(source.model, provenance, pictures)?
             }

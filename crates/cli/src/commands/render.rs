@@ -216,7 +216,8 @@ impl Render {
         }
         let pictures = || {
             let Source { input, loading } = &self.source;
-            let options = PictureOptions { formats: Texture::FORMATS, ..loading.pictures(input) };
+            let formats = Texture::FORMATS;
+            let options = PictureOptions { formats, are_decoded: true, ..loading.pictures(input) };
             let pictures = Pictures::of_model(model, &options);
             say_left_out(&pictures.left_out, console);
             pictures
