@@ -14,7 +14,7 @@ use crate::error::ViewError;
 use crate::exhibit::{Exhibit, Field, Materials, On};
 use crate::markup::document;
 use crate::reduce::reduce;
-use crate::text::{file_name, json, visible};
+use crate::text::{file_name, in_script, visible};
 use crate::up::Up;
 
 /// A page with one or several meshes.
@@ -247,7 +247,7 @@ impl Page {
             .collect();
         let blob = blobs.bytes(LABEL_COLORS.as_flattened());
         maps.push(json!({ "name": "labels", "diverging": false, "blob": blob }));
-        let mut meshes: Vec<Value> = Vec::new();
+        let mut meshes: Vec<String> = Vec::new();
         for exhibit in &self.exhibits {
             if stops() {
                 return Ok(None);
@@ -269,15 +269,15 @@ impl Page {
         let description = json!({
             "file": file_name(&self.title),
             "maps": maps,
-            "meshes": meshes,
             "layout": self.layout.name(),
             "start": self.start_values(),
             "report": self.report.iter().map(part).collect::<Vec<_>>(),
         });
+        let description = with_list(&description, "meshes", meshes);
         if stops() {
             return Ok(None);
         }
-        Ok(Some(document(&self.title, &json(&description), &blobs.elements)))
+        Ok(Some(document(&self.title, &in_script(&description), &blobs.elements)))
     }
 
     fn start_values(&self) -> Value {
@@ -294,7 +294,8 @@ impl Page {
         })
     }
 
-    fn encode<'p>(&self, exhibit: &'p Exhibit, blobs: &mut Blobs<'p>) -> Result<Value, ViewError> {
+    /// The JSON text of a mesh.
+    fn encode<'p>(&self, exhibit: &'p Exhibit, blobs: &mut Blobs<'p>) -> Result<String, ViewError> {
         check(exhibit)?;
         let shown = Shown::of(exhibit, self.most_faces)?;
         let bounds = shown.bounds()?;
@@ -305,7 +306,6 @@ impl Page {
             if p.is_finite() { p.clamp(bounds.min, bounds.max) - center } else { DVec3::ZERO }
         };
         let positions: Vec<DVec3> = shown.vertices().map(local).collect();
-        let fields = unique(&exhibit.fields);
         let lines = exhibit.lines.iter().map(|line| {
             let ends = line.segments.as_flattened().iter().filter(|p| p.is_finite());
             let numbers = ends.flat_map(|&p| (p - center).to_array()).map(|x| x as f32);
@@ -320,7 +320,7 @@ impl Page {
             json!({ "name": visible(&set.name), "color": set.color, "blob": blob })
         });
         let directions: Vec<Value> = directions.collect();
-        Ok(json!({
+        let mesh = json!({
             "name": visible(&exhibit.name),
             "center": center.to_array(),
             "extent": bounds.extent().to_array(),
@@ -333,7 +333,6 @@ impl Page {
             "simplified": shown.faces.is_some().then_some(exhibit.triangles.len()),
             "vertexNumbers": shown.vertices.as_ref().map(|v| blobs.integers(v.iter().copied())),
             "faceNumbers": shown.face_numbers().map(|numbers| blobs.integers(numbers)),
-            "fields": fields.iter().map(|(name, f)| shown.field(name, f, blobs)).collect::<Vec<_>>(),
             "vertexColors": exhibit.vertex_colors.as_ref().map(|colors| {
                 let bytes: Vec<[u8; 4]> = shown.vertices().map(|v| colors[v as usize]).collect();
                 blobs.bytes(bytes.as_flattened())
@@ -348,7 +347,10 @@ impl Page {
             "facts": exhibit.facts.iter().map(|(n, v)| [visible(n), visible(v)]).collect::<Vec<_>>(),
             "coverage": exhibit.coverage,
             "part": exhibit.is_part,
-        }))
+        });
+        let fields = unique(&exhibit.fields).into_iter();
+        let fields = fields.map(|(name, field)| shown.field(&name, field, blobs).to_string());
+        Ok(with_list(&mesh, "fields", fields))
     }
 
     fn positions(&self, local: &[DVec3], blobs: &mut Blobs<'_>) -> Value {
@@ -452,21 +454,22 @@ impl<'a> Shown<'a> {
     }
 
     fn materials<'p>(&self, materials: &'p Materials, blobs: &mut Blobs<'p>) -> Value {
-        let list = materials.surfaces.iter().map(|surface| {
+        let numbers = materials.surfaces.iter().flat_map(|surface| {
             // Negative for blended surfaces; positive for the smallest opacity that is drawn.
             let alpha = match surface.alpha {
                 Alpha::Blend => -1.0,
-                Alpha::Mask(cutoff) => f64::from(cutoff).clamp(0.004, 1.0),
+                Alpha::Mask(cutoff) => cutoff.clamp(0.004, 1.0),
                 Alpha::Opaque => 0.0,
             };
-            let image = surface.picture.map_or(-1.0, f64::from);
-            json!({
-                "color": surface.color, "image": image, "roughness": surface.roughness,
-                "metallic": surface.metallic, "alpha": alpha,
-            })
+            let image = surface.picture.map_or(-1.0, |picture| picture as f32);
+            let [r, g, b, opacity] = surface.color;
+            [r, g, b, opacity, image, surface.roughness, surface.metallic, alpha]
         });
-        let list: Vec<Value> = list.collect();
-        let names: Vec<String> = materials.surfaces.iter().map(|s| visible(&s.name)).collect();
+        let list = blobs.floats(numbers.map(|x| if x.is_finite() { x } else { 0.0 }));
+        // A visible name has no line breaks.
+        let names: Vec<String> =
+            materials.surfaces.iter().map(|surface| visible(&surface.name)).collect();
+        let names = names.join("\n");
         let images = materials.pictures.iter().map(|picture| {
             json!({ "type": picture.format.media_type(), "blob": blobs.picture(&picture.bytes) })
         });
@@ -500,6 +503,21 @@ impl<'a> Shown<'a> {
             "uvIndex": uv_index,
         })
     }
+}
+
+/// The text of an object with a list of texts as one more member. The values of many small parts would take ten times
+/// the memory of their texts.
+fn with_list(object: &Value, name: &str, parts: impl IntoIterator<Item = String>) -> String {
+    let mut text = object.to_string();
+    // The closing brace.
+    text.pop();
+    text.push_str(&format!(",\"{name}\":["));
+    for (place, part) in parts.into_iter().enumerate() {
+        text.push_str(if place == 0 { "" } else { "," });
+        text.push_str(&part);
+    }
+    text.push_str("]}");
+    text
 }
 
 /// For every vertex, the first vertex at the same position; `None` if all positions differ.

@@ -37,10 +37,21 @@ pub(crate) fn escaped(text: &str) -> String {
     safe
 }
 
-/// JSON for the inside of a script element. An element ends at `</script`, and `<!--` changes the parsing, so their
+/// JSON text for the inside of a script element. An element ends at `</script`, and `<!--` changes the parsing, so their
 /// first letters are escaped.
-pub(crate) fn json(value: &serde_json::Value) -> String {
-    value.to_string().replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+pub(crate) fn in_script(json: &str) -> String {
+    let mut safe = String::with_capacity(json.len());
+    for part in json.split_inclusive(['<', '>', '&']) {
+        let plain = part.trim_end_matches(['<', '>', '&']);
+        safe.push_str(plain);
+        safe.push_str(match &part[plain.len()..] {
+            "<" => "\\u003c",
+            ">" => "\\u003e",
+            "&" => "\\u0026",
+            _ => "",
+        });
+    }
+    safe
 }
 
 /// A name for a file on the reader's machine: ASCII letters, digits, dots and dashes.
@@ -70,7 +81,7 @@ mod tests {
     #[test]
     fn hostile_names_are_only_names() {
         let name = "</script><script>alert(1)</script>\u{202e}\"'&\0";
-        let inside = json(&serde_json::json!({ "name": visible(name) }));
+        let inside = in_script(&serde_json::json!({ "name": visible(name) }).to_string());
         assert!(!inside.contains('<') && !inside.contains('\u{202e}'), "{inside}");
         let back: serde_json::Value = serde_json::from_str(&inside).unwrap();
         let read = back["name"].as_str().unwrap();

@@ -441,6 +441,53 @@ fn textures_are_where_they_belong() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
+/// All pictures are squares of one size: a large one must not make thousands of small ones large.
+#[test]
+fn the_size_of_pictures_follows_their_number() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let (_folder, path) = file(&Page::new("t", vec![Exhibit::of_mesh("t", &torus())]));
+    browser.open_view(&path);
+    let mut side = |large: usize, small: usize, limit: usize| {
+        browser.number(&format!(
+            "curvmesh.sideOfPictures([...Array({large}).fill([2000, 3]), ...Array({small}).fill([8, 8])], {limit})"
+        ))
+    };
+    assert_eq!(side(1, 0, 16384), 2048.0);
+    assert_eq!(side(1, 60, 16384), 2048.0);
+    assert_eq!(side(60, 0, 1024), 1024.0);
+    assert_eq!(side(1, 5000, 16384), 128.0);
+    assert_eq!(side(0, 100_000, 16384), 8.0);
+    let many = "curvmesh.sideOfPictures(Array(200).fill([2048, 2048]), 16384)";
+    assert_eq!(browser.number(many), 2048.0);
+}
+
+/// Material numbers beyond 16 bits, and more materials than a texture has rows.
+#[test]
+fn every_face_has_its_own_of_many_materials() {
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let mut surfaces = vec![Surface { color: [0.0, 1.0, 0.0, 1.0], ..Surface::default() }; 70_000];
+    surfaces[69_999] =
+        Surface { name: "last\n".into(), color: [1.0, 0.0, 0.0, 1.0], ..Surface::default() };
+    let shown = Exhibit {
+        name: "square".into(),
+        positions: square.map(|[x, y]| DVec3::new(x, y, 0.0)).into(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        materials: Some(Materials { surfaces, of_face: vec![69_999; 2], ..Materials::default() }),
+        ..Exhibit::default()
+    };
+    let (_folder, path) = file(&Page::new("Materials", vec![shown]));
+    browser.open_view(&path);
+    browser.press("1");
+    browser.set("edges", "off");
+    browser.settle();
+    let canvas = browser.canvas();
+    let at = 4 * (canvas.height / 2 * canvas.width + canvas.width / 2) as usize;
+    let [r, g] = [canvas.rgba[at], canvas.rgba[at + 1]];
+    assert!(r > 110 && g < 60, "{r} {g}");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
 #[test]
 fn hostile_names_do_nothing() {
     let Some(mut browser) = Browser::start(LARGE) else { return };

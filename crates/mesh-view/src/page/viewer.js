@@ -567,7 +567,7 @@ void main() {
   else if (uMode == 7) vLabel = vec3(texelFetch(tValue, at(face), 0).x);
   else if (uMode == 5) {
     int m = int(texelFetch(tFaceMaterial, at(face), 0).x);
-    vBase = texelFetch(tMaterial, ivec2(0, m), 0); vMaterial = texelFetch(tMaterial, ivec2(1, m), 0);
+    vBase = texelFetch(tMaterial, at(2 * m), 0); vMaterial = texelFetch(tMaterial, at(2 * m + 1), 0);
     vUv = texelFetch(tUv, at(int(texelFetch(tUvIndex, at(face), 0)[corner])), 0).xy;
     bool blended = vMaterial.w < -.5;
     if (blended != (uPass == 1)) { gl_Position = vec4(2., 2., 2., 1.); return; }
@@ -681,7 +681,7 @@ function start() {
   const one = (kind, data) => table(kind, data, 1);
   start.none = {
     tNormal: one('RGBA16I', new Int16Array(4)), tValue: one('RGBA8', new Uint8Array(4)), tUvIndex: one('RGB32UI', new Uint32Array(3)),
-    tUv: one('RG32F', new Float32Array(2)), tFaceMaterial: one('R16UI', new Uint16Array(1)), tMaterial: one('RGBA32F', new Float32Array(4)),
+    tUv: one('RG32F', new Float32Array(2)), tFaceMaterial: one('R32UI', new Uint32Array(1)), tMaterial: one('RGBA32F', new Float32Array(4)),
   };
   start.none.tImages = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D_ARRAY, start.none.tImages);
@@ -691,7 +691,7 @@ function start() {
 const KINDS = {
   RGB32UI: [3, 'RGB_INTEGER', 'UNSIGNED_INT', Uint32Array], RGB32F: [3, 'RGB', 'FLOAT', Float32Array], RGBA16I: [4, 'RGBA_INTEGER', 'SHORT', Int16Array],
   R32F: [1, 'RED', 'FLOAT', Float32Array], RGBA8: [4, 'RGBA', 'UNSIGNED_BYTE', Uint8Array], RG32F: [2, 'RG', 'FLOAT', Float32Array],
-  R16UI: [1, 'RED_INTEGER', 'UNSIGNED_SHORT', Uint16Array], RGBA32F: [4, 'RGBA', 'FLOAT', Float32Array],
+  R32UI: [1, 'RED_INTEGER', 'UNSIGNED_INT', Uint32Array], RGBA32F: [4, 'RGBA', 'FLOAT', Float32Array],
 };
 // An array as a texture of rows of 4096.
 function table(kind, data, width = 4096) {
@@ -716,13 +716,27 @@ function bind(unit, texture, target = gl.TEXTURE_2D) {
   gl.bindTexture(target, texture);
 }
 
+// For each material red, green, blue, opacity, picture, roughness, metallic and alpha; see page.rs.
+const materialsOf = mesh => mesh.cache.materials ??= floatsOf(mesh.source.materials.list);
+const isBlended = mesh => mesh.cache.isBlended ??= materialsOf(mesh).some((x, i) => i % 8 === 7 && x < 0);
+
+// The side of the squares that hold pictures. One large picture must not make thousands of small ones large: the squares
+// have at most 1 GiB, or four times the pixels of all pictures.
+function sideOfPictures(sizes, limit) {
+  const longest = sizes.reduce((most, size) => Math.max(most, ...size), 1);
+  const most = Math.max(2 ** 28, 4 * sizes.reduce((sum, [width, height]) => sum + width * height, 0));
+  let side = Math.min(2048, limit, 2 ** Math.ceil(Math.log2(longest)));
+  while (side > 1 && side * side * sizes.length > most) side /= 2;
+  return side;
+}
+
 // Pictures of one size in an array, so that a mesh is one draw whatever its materials.
 async function loadImages(mesh) {
   const { materials } = mesh.source;
   if (!materials?.images.length) return;
   const bitmaps = await Promise.all(materials.images.map(image =>
     createImageBitmap(new Blob([bytesOf(image.blob)], { type: image.type })).catch(() => null)));
-  const size = Math.min(2048, gl.getParameter(gl.MAX_TEXTURE_SIZE), 2 ** Math.ceil(Math.log2(Math.max(1, ...bitmaps.map(b => b ? Math.max(b.width, b.height) : 1)))));
+  const size = sideOfPictures(bitmaps.map(b => b ? [b.width, b.height] : [1, 1]), gl.getParameter(gl.MAX_TEXTURE_SIZE));
   mesh.cache.images = bitmaps.map(bitmap => {
     const sheet = new OffscreenCanvas(size, size), pen = sheet.getContext('2d');
     if (bitmap) pen.drawImage(bitmap, 0, 0, size, size);
@@ -785,8 +799,8 @@ function bindColors(mesh) {
     const { materials: m } = source;
     bind(5, textureOf(mesh, 'uvIndex', () => table('RGB32UI', m.uvIndex === null ? new Uint32Array(3 * mesh.faces) : integersOf(m.uvIndex, 3 * mesh.faces))));
     bind(6, textureOf(mesh, 'uv', () => table('RG32F', m.uvs === null ? new Float32Array(2) : floatsOf(m.uvs))));
-    bind(7, textureOf(mesh, 'faceMaterial', () => table('R16UI', Uint16Array.from(integersOf(m.faces, mesh.faces)))));
-    bind(8, textureOf(mesh, 'materials', () => table('RGBA32F', new Float32Array(m.list.flatMap(x => [...x.color, x.image, x.roughness, x.metallic, x.alpha])), 2)));
+    bind(7, textureOf(mesh, 'faceMaterial', () => table('R32UI', integersCached(mesh))));
+    bind(8, textureOf(mesh, 'materials', () => table('RGBA32F', materialsOf(mesh))));
     bind(9, imagesTexture(mesh), gl.TEXTURE_2D_ARRAY);
     return 5;
   }
@@ -950,7 +964,7 @@ function draw(width, height, ratio) {
     gl.uniform1i(p.at('uLog'), isLog);
     gl.uniform1i(p.at('uPass'), 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3 * mesh.faces);
-    if (mode === 5 && mesh.source.materials.list.some(m => m.alpha < 0)) {
+    if (mode === 5 && isBlended(mesh)) {
       gl.enable(gl.BLEND); gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA); gl.depthMask(false);
       gl.uniform1i(p.at('uPass'), 1);
       gl.drawArrays(gl.TRIANGLES, 0, 3 * mesh.faces);
@@ -1032,7 +1046,7 @@ function showLength() {
 
 // Nothing is drawn until the pictures are there: the first picture is whole.
 let isLoaded = false, asked = false, version = 0;
-const viewer = { ready: false, frames: 0, loaded: null, frame: null, state, meshes, error: null };
+const viewer = { ready: false, frames: 0, loaded: null, frame: null, state, meshes, sideOfPictures, error: null };
 window.curvmesh = viewer;
 function redraw() {
   version++;
@@ -1175,7 +1189,7 @@ function describe(hit) {
   rows.push(['vertex', grouped(numberOf(mesh, 'vertexNumbers', hit.vertex))]);
   rows.push(['face', grouped(numberOf(mesh, 'faceNumbers', hit.face))]);
   if (mesh.source.materials) {
-    const material = mesh.source.materials.names[integersCached(mesh)[hit.face]];
+    const material = (mesh.cache.materialNames ??= mesh.source.materials.names.split('\n'))[integersCached(mesh)[hit.face]];
     if (material) rows.push(['material', material]);
   }
   return rows;
