@@ -1,5 +1,7 @@
 //! What a scene loses, in words, and the names of its meshes for people.
 
+use std::collections::HashSet;
+
 use mesh_io::{Lost, printable};
 
 use super::levels::SceneLevels;
@@ -29,12 +31,13 @@ impl SceneLevels {
     #[must_use]
     pub fn losses(&self) -> Vec<Lost> {
         let mut all: Vec<Lost> = normals(self.flat_shaded).into_iter().collect();
+        let mut known: HashSet<Lost> = all.iter().cloned().collect();
         for level in &self.levels {
             let removed = level.meshes.iter().flat_map(|mesh| {
                 removed_primitives(mesh.name.as_deref(), mesh.mesh, &mesh.removed)
             });
             for lost in level.lost.iter().cloned().chain(removed) {
-                if !all.contains(&lost) {
+                if known.insert(lost.clone()) {
                     all.push(lost);
                 }
             }

@@ -1,5 +1,7 @@
 //! The poses of a mesh of a scene: which ones count, how its vertices move to them, and the errors there.
 
+use std::collections::HashMap;
+
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use mesh_core::{SplitMix64, VertexId, as_u32};
 use mesh_io::{NewMesh, ScenePose, ScenePrimitive, VertexData};
@@ -46,10 +48,10 @@ impl Deforming {
         scale: f64,
     ) -> Option<Self> {
         let mesh = source.mesh;
-        let movers: Vec<Mover<'_>> = primitives.iter().map(Mover::from).collect();
+        let movers = Movers::new(primitives);
         let map = |v: usize, pose: &ScenePose| {
             let vertex = source.provenance.vertex_source.get(v).copied().unwrap_or(0);
-            move_of(primitives, &movers, vertex, pose, scale)
+            movers.map(vertex, pose, scale)
         };
         let topology = mesh.topology();
         let mut random = SplitMix64::new(1);
@@ -98,11 +100,11 @@ impl Deforming {
         let triangles: Vec<[u32; 3]> = soup.corners().as_chunks().0.to_vec();
         let sampling = CompareOptions { samples, ..CompareOptions::default() };
         let (mut squares, mut max) = (0.0, 0.0_f64);
+        let movers = Movers::new(primitives);
         for pose in &self.poses {
-            let movers: Vec<Mover<'_>> = primitives.iter().map(Mover::from).collect();
-            let positions = (0_u32..).zip(soup.positions()).map(|(vertex, &at)| {
-                move_of(primitives, &movers, vertex, pose, self.scale).transform_point3(at)
-            });
+            let positions = (0_u32..)
+                .zip(soup.positions())
+                .map(|(vertex, &at)| movers.map(vertex, pose, self.scale).transform_point3(at));
             let before = Surface::from_triangles(&positions.collect::<Vec<_>>(), &triangles)?;
             let (positions, triangles) = self.moved(result, pose);
             let after = Surface::from_triangles(&positions, &triangles)?;
@@ -119,7 +121,7 @@ impl Deforming {
     fn moved(&self, result: &NewMesh, pose: &ScenePose) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         for primitive in &result.primitives {
-            let mover = Mover { attributes: &primitive.attributes, targets: &primitive.targets };
+            let mover = Mover::new(&primitive.attributes, &primitive.targets);
             let Some(data) = primitive.attributes.iter().find(|d| d.name == "POSITION") else {
                 continue;
             };
@@ -133,30 +135,53 @@ impl Deforming {
     }
 }
 
-/// The map that moves a vertex of the model to a pose.
-fn move_of(
-    primitives: &[ScenePrimitive],
-    movers: &[Mover<'_>],
-    vertex: u32,
-    pose: &ScenePose,
-    scale: f64,
-) -> DAffine3 {
-    let owner = primitives.iter().zip(movers).find_map(|(primitive, mover)| {
-        let local = vertex.checked_sub(primitive.first_vertex)? as usize;
-        (local < primitive.vertex_count).then_some((mover, local))
-    });
-    owner.map_or(DAffine3::IDENTITY, |(mover, local)| mover.map(local, pose, scale))
+/// What moves the vertices of a mesh.
+struct Movers<'a> {
+    movers: Vec<Mover<'a>>,
+    /// The first vertices of the primitives in ascending order, with their counts and primitives. Primitives that share
+    /// vertices move them alike.
+    owners: Vec<(u32, usize, usize)>,
+}
+
+impl<'a> Movers<'a> {
+    fn new(primitives: &'a [ScenePrimitive]) -> Self {
+        let movers = primitives.iter().map(|p| Mover::new(&p.attributes, &p.targets)).collect();
+        let owned = primitives.iter().enumerate().filter(|(_, p)| p.vertex_count > 0);
+        let mut owners: Vec<_> =
+            owned.map(|(place, p)| (p.first_vertex, p.vertex_count, place)).collect();
+        owners.sort_by_key(|&(first, _, _)| first);
+        owners.dedup_by_key(|&mut (first, _, _)| first);
+        Self { movers, owners }
+    }
+
+    /// The map that moves a vertex of the model to a pose.
+    fn map(&self, vertex: u32, pose: &ScenePose, scale: f64) -> DAffine3 {
+        let next = self.owners.partition_point(|&(first, _, _)| first <= vertex);
+        let owner = next.checked_sub(1).and_then(|place| {
+            let &(first, count, primitive) = self.owners.get(place)?;
+            let local = (vertex - first) as usize;
+            Some((self.movers.get(primitive).filter(|_| local < count)?, local))
+        });
+        owner.map_or(DAffine3::IDENTITY, |(mover, local)| mover.map(local, pose, scale))
+    }
 }
 
 /// What moves the vertices of a primitive.
 struct Mover<'a> {
-    attributes: &'a [VertexData],
+    /// The joints and weights of each set.
+    sets: Vec<[&'a VertexData; 2]>,
     targets: &'a [Vec<VertexData>],
 }
 
-impl<'a> From<&'a ScenePrimitive> for Mover<'a> {
-    fn from(primitive: &'a ScenePrimitive) -> Self {
-        Self { attributes: &primitive.attributes, targets: &primitive.targets }
+impl<'a> Mover<'a> {
+    fn new(attributes: &'a [VertexData], targets: &'a [Vec<VertexData>]) -> Self {
+        let named: HashMap<&str, &VertexData> =
+            attributes.iter().map(|data| (&*data.name, data)).collect();
+        let find = |name: String| named.get(&*name).copied();
+        let sets = (0..).map_while(|set: usize| {
+            Some([find(format!("JOINTS_{set}"))?, find(format!("WEIGHTS_{set}"))?])
+        });
+        Self { sets: sets.collect(), targets }
     }
 }
 
@@ -176,12 +201,9 @@ impl Mover<'_> {
 
     /// The mean of the transforms of the joints of a vertex.
     fn skin(&self, vertex: usize, pose: &ScenePose, scale: f64) -> DAffine3 {
-        let find = |name: String| self.attributes.iter().find(|data| data.name == name);
         let mut sum = DMat4::ZERO;
         let mut weights = 0.0;
-        for set in 0.. {
-            let pair = (find(format!("JOINTS_{set}")), find(format!("WEIGHTS_{set}")));
-            let (Some(joints), Some(shares)) = pair else { break };
+        for [joints, shares] in &self.sets {
             for component in 0..4 {
                 let share = shares.get(vertex, component) / shares.one();
                 let joint = pose.joints.get(joints.get(vertex, component) as usize);

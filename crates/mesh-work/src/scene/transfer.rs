@@ -70,6 +70,8 @@ enum Rule {
 /// An attribute of the input, and the rule for the result.
 struct Column<'m> {
     old: &'m VertexData,
+    /// The place of the attribute in its list.
+    place: usize,
     /// The type of the new values.
     new: VertexData,
     rule: Rule,
@@ -103,16 +105,22 @@ impl<'m> Primitive<'m> {
         let old = &given.primitives[place];
         let skin_sets = given.skins[place].len();
         // A flat-shaded mesh has no normals, which tangents need.
-        let is_kept = |data: &&VertexData| {
+        let is_kept = |(_, data): &(usize, &VertexData)| {
             carried.corner_normals.is_some() || !matches!(data.name.as_str(), "NORMAL" | "TANGENT")
         };
-        let column = |old: &'m VertexData| {
+        let column = |(place, old): (usize, &'m VertexData)| {
             let rule = rule(old, skin_sets);
-            Column { old, new: new_type(old, rule), rule }
+            Column { old, place, new: new_type(old, rule), rule }
         };
-        let delta = |old: &'m VertexData| Column { old, new: old.empty(), rule: Rule::Blend };
-        let columns = old.attributes.iter().filter(is_kept).map(column).collect();
-        let targets = old.targets.iter().map(|t| t.iter().filter(is_kept).map(delta).collect());
+        let delta = |(place, old): (usize, &'m VertexData)| Column {
+            old,
+            place,
+            new: old.empty(),
+            rule: Rule::Blend,
+        };
+        let columns = old.attributes.iter().enumerate().filter(is_kept).map(column).collect();
+        let targets = old.targets.iter();
+        let targets = targets.map(|t| t.iter().enumerate().filter(is_kept).map(delta).collect());
         Self {
             given,
             place,
@@ -202,20 +210,21 @@ impl<'m> Primitive<'m> {
         let (primitive, skin) = (&self.given.primitives[place], &self.given.skins[place]);
         let is_copy = point.weights.contains(&1.0) && has_unit_sum(skin, point.nearest());
         let influences = if is_copy { Vec::new() } else { influences(skin, &point) };
-        let same = |old: &'m VertexData, all: &'m [VertexData]| {
-            all.iter().find(|data| data.name == old.name).unwrap_or(old)
+        // The primitive has the same attributes in the same order.
+        let same = |column: &Column<'m>, all: &'m [VertexData]| {
+            all.get(column.place).unwrap_or(column.old)
         };
         for column in &self.columns {
             if column.old.name.starts_with("TEXCOORD_") || column.rule == Rule::Tangent {
                 column.push(column.old, corner, &in_chart, &[], &mut bytes);
             } else {
-                let old = same(column.old, &primitive.attributes);
+                let old = same(column, &primitive.attributes);
                 column.push(old, corner, &point, &influences, &mut bytes);
             }
         }
         for (columns, all) in self.targets.iter().zip(&primitive.targets) {
             for column in columns {
-                column.push(same(column.old, all), corner, &point, &[], &mut bytes);
+                column.push(same(column, all), corner, &point, &[], &mut bytes);
             }
         }
         bytes
@@ -265,7 +274,9 @@ impl<'m> Primitive<'m> {
 
 /// The sets of joints and weights of a primitive.
 fn skin(primitive: &ScenePrimitive) -> Vec<[&VertexData; 2]> {
-    let find = |name: &str| primitive.attributes.iter().find(|data| data.name == name);
+    let named: HashMap<&str, &VertexData> =
+        primitive.attributes.iter().map(|data| (&*data.name, data)).collect();
+    let find = |name: &str| named.get(name).copied();
     let sets = (0..).map_while(|set: usize| {
         let pair = [find(&format!("JOINTS_{set}"))?, find(&format!("WEIGHTS_{set}"))?];
         pair.iter().all(|data| data.width == 4).then_some(pair)
