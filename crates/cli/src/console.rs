@@ -1,6 +1,7 @@
 //! Output to stdout and stderr.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -42,6 +43,8 @@ pub(crate) struct Console {
 struct Losses {
     repairs: Vec<Repaired>,
     lost: Vec<LostPart>,
+    /// The same parts: a file can lose any number of them.
+    known: HashSet<LostPart>,
     /// The largest rounding of the outputs.
     rounding: f64,
     stayed: Vec<Stayed>,
@@ -52,7 +55,7 @@ struct Losses {
 }
 
 /// A part of the content that is lost, and its place.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 struct LostPart {
     file: String,
     /// `reading`, `writing`, or the command itself.
@@ -180,7 +183,7 @@ impl Console {
     pub(crate) fn lose(&self, file: &str, by: &str, lost: &Lost) {
         let part = LostPart { file: file.to_owned(), by: by.to_owned(), lost: lost.clone() };
         let mut losses = self.losses();
-        if !losses.lost.contains(&part) {
+        if losses.known.insert(part.clone()) {
             losses.lost.push(part);
         }
     }

@@ -9,6 +9,16 @@ pub(crate) fn printable(text: impl Display) -> String {
     shown.text
 }
 
+/// As [`printable`], shortened: a name in a file can be as long as the file.
+pub(crate) fn printable_start(text: impl Display) -> String {
+    const LONGEST: usize = 200;
+    let shown = printable(text);
+    match shown.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", shown.get(..end).unwrap_or_default()),
+        None => shown,
+    }
+}
+
 /// As [`printable`], for our own texts of several lines.
 pub(crate) fn printable_lines(text: impl Display) -> String {
     let mut shown = Escaped { text: String::new(), keep_lines: true };
@@ -67,6 +77,8 @@ mod tests {
         assert_eq!(printable("a\x1b[31mb\r\nc"), r"a\u{1b}[31mb\r\nc");
         assert_eq!(printable("\u{202E}gpj.exe \u{9b}2J"), r"\u{202e}gpj.exe \u{9b}2J");
         assert_eq!(printable("Überfläche 面"), "Überfläche 面");
+        assert_eq!(printable_start("\u{e9}".repeat(201)), "\u{e9}".repeat(200) + "...");
+        assert_eq!(printable_start("\u{e9}".repeat(200)), "\u{e9}".repeat(200));
         assert_eq!(printable_lines("one\ntwo\x07"), "one\ntwo\\u{7}");
         assert_eq!(printable_json("[\"a\u{202E}\u{9b}\"]"), r#"["a\u202e\u009b"]"#);
     }

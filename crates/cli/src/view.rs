@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::load::Loading;
 use crate::save::save_bytes;
 use crate::task::Report;
-use crate::text::printable;
+use crate::text::{printable, printable_start};
 
 /// The option of commands that can show what they did.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -152,7 +152,7 @@ pub(crate) fn say_left_out<'p>(
     left_out.sort_by(|a, b| a.0.cmp(&b.0));
     left_out.dedup_by(|a, b| a.0 == b.0);
     for (name, reason) in left_out.iter().take(MOST_NAMES) {
-        let (name, reason) = (printable(name), printable(reason));
+        let (name, reason) = (printable_start(name), printable(reason));
         console.message(format_args!("left out the picture {name}: {reason}"));
     }
     if let Some(more @ 1..) = left_out.len().checked_sub(MOST_NAMES) {
