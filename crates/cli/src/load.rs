@@ -182,11 +182,6 @@ impl ReadOptions {
     }
 }
 
-/// The surface of a file.
-pub(crate) fn surface(path: &Path, model: &Model) -> Result<Surface, Failure> {
-    mesh_work::surface(&model.soup).map_err(|source| no_surface(path, source))
-}
-
 /// The surface of a file, or its points if it has no faces.
 pub(crate) fn surface_or_points(path: &Path, model: &Model) -> Result<Surface, Failure> {
     mesh_work::surface_or_points(&model.soup).map_err(|source| no_surface(path, source))

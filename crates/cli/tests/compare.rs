@@ -42,6 +42,36 @@ fn each_file_is_measured_against_the_reference() {
     assert!(std::fs::read_to_string(page).unwrap().contains("larger.ply"));
 }
 
+/// Points are measured from a surface in one direction, like `distance` measures them; two clouds in both.
+#[test]
+fn points_are_compared_as_distance_measures_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let [sphere, cloud, page] = ["sphere.ply", "cloud.ply", "page.html"].map(path);
+    write(Sphere { radius: 1.0 }.icosphere(3).unwrap(), sphere.as_ref());
+    let none: &[[u32; 3]] = &[];
+    let points = [[2.0, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 3.0]];
+    write(mesh_core::PolygonSoup::from_triangles(&points, none).unwrap(), cloud.as_ref());
+    for (reference, file, side) in [
+        (&sphere, &cloud, Some("forward")),
+        (&cloud, &sphere, Some("backward")),
+        (&cloud, &cloud, None),
+    ] {
+        let row = &json(&["compare", reference, file])["files"][0];
+        let alone = json(&["distance", file, reference]);
+        for key in ["mean", "rms", "max"] {
+            let expected = side.map_or(&alone[key], |side| &alone[side][key]);
+            assert_eq!(row[key], *expected, "{reference} {file}: {key}");
+        }
+        assert_eq!(row["one_sided"], side.is_some());
+        assert!(row["normal_deviation"].is_null());
+        for (option, value) in [("--exact", "1%"), ("--view", page.as_str())] {
+            let (status, message) = code(&["compare", reference, file, option, value]);
+            assert!(status == 2 && message.contains(option), "{status} {message}");
+        }
+    }
+}
+
 #[test]
 fn options_without_an_effect_are_refused() {
     let (status, message) = code(&["compare", "a.ply", "b.ply", "--colormap", "magma"]);

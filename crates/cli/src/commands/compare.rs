@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use mesh_io::Model;
 use mesh_metric::{
-    CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds, normal_deviation,
+    CertifyOptions, CompareOptions, Comparison, Surface, compare, compare_one_way,
+    hausdorff_bounds, normal_deviation,
 };
 use mesh_view::{Page, Section};
 use serde::Serialize;
@@ -14,18 +15,19 @@ use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::console::Console;
 use crate::counted::counted;
 use crate::failure::Failure;
-use crate::load::{Loading, Seconds, no_surface, surface};
+use crate::load::{Loading, Seconds, no_surface, surface_or_points};
 use crate::session::{Outcome, Session};
 use crate::task::Report;
 use crate::text::printable;
 use crate::view::{self, Look, name_of};
-use mesh_work::{Length, parse_length};
+use mesh_work::{Length, is_point_cloud, parse_length};
 
 /// Compare versions of a surface with the original, in one table and on one page
 ///
 /// Each file gets a row: its faces, its mean, root mean square and largest distance from the
 /// reference (both directions, in % of the diagonal of the reference), and the mean angle between
-/// normals. The surfaces need not be manifolds.
+/// normals. The surfaces need not be manifolds. A file without faces is a point cloud: the distance
+/// of its points from a surface is measured in this direction only.
 ///
 ///     curvmesh compare scan.ply small.ply smaller.ply
 ///     curvmesh compare scan.ply ours.ply theirs.ply --exact 0.01% --view compare.html
@@ -75,6 +77,8 @@ struct Row {
     mean: f64,
     rms: f64,
     max: f64,
+    /// Whether only one of the two has faces: then its distance from the points is not measured.
+    one_sided: bool,
     /// In degrees; null if a surface has no area.
     normal_deviation: Option<f64>,
     /// A proved upper bound of the Hausdorff distance.
@@ -86,7 +90,9 @@ struct Row {
 struct Version<'a> {
     path: &'a Path,
     model: Model,
+    /// The surface, or the points.
     surface: Surface,
+    is_cloud: bool,
 }
 
 pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failure> {
@@ -104,13 +110,26 @@ pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failu
         others.iter().map(|path| Version::read(path, loading, console)).collect()
     });
     let versions = versions?;
+    if original.is_cloud || versions.iter().any(|version| version.is_cloud) {
+        for (is_given, name) in [(options.exact.is_some(), "--exact"), (look.is_wanted(), "--view")]
+        {
+            if is_given {
+                let text = format!("{name} is for surfaces, but a file has points only");
+                return Err(Failure::usage(text));
+            }
+        }
+    }
+    if original.is_cloud || versions.iter().all(|version| version.is_cloud) {
+        let why = "points are measured themselves, not sampled";
+        session.given.refuse(&["samples", "seed"], why)?;
+    }
     let diagonal = original.surface.bounding_box().diagonal();
     let size = || mesh_work::diagonal(Some(diagonal));
     let exact = options.exact.map(|length| length.in_units(loading.relative, size));
     let exact = exact.transpose().map_err(Failure::refused)?;
     let spinner = console.spinner("measuring");
     let files = Seconds::time(&mut seconds.compute, || {
-        versions.iter().map(|version| version.row(&original.surface, exact, options)).collect()
+        versions.iter().map(|version| version.row(&original, exact, options)).collect()
     });
     spinner.finish_and_clear();
     let results = Results { bbox_diagonal: diagonal, samples: options.samples, files };
@@ -127,21 +146,39 @@ pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failu
 impl<'a> Version<'a> {
     fn read(path: &'a Path, loading: &Loading, console: &Console) -> Result<Self, Failure> {
         let model = loading.finite_content(path, console)?;
-        Ok(Self { path, surface: surface(path, &model)?, model })
+        let (surface, is_cloud) = (surface_or_points(path, &model)?, is_point_cloud(&model.soup));
+        Ok(Self { path, model, surface, is_cloud })
     }
 
     fn counts(&self) -> [usize; 2] {
         [self.model.soup.vertex_count(), self.model.soup.face_count()]
     }
 
-    fn row(&self, original: &Surface, exact: Option<f64>, options: &Compare) -> Row {
+    /// The distances in both directions; those of points from a surface stand for both.
+    fn measure(&self, original: &Self, sampling: &CompareOptions) -> Comparison {
+        let points = CompareOptions::for_points();
+        let one_way = |from: &Self, to: &Self| compare_one_way(&from.surface, &to.surface, &points);
+        let [forward, backward] = match [self.is_cloud, original.is_cloud] {
+            [false, false] => return compare(&self.surface, &original.surface, sampling),
+            [true, true] => [one_way(self, original), one_way(original, self)],
+            [true, false] => [one_way(self, original); 2],
+            [false, true] => [one_way(original, self); 2],
+        };
+        Comparison { forward, backward }
+    }
+
+    fn row(&self, original: &Self, exact: Option<f64>, options: &Compare) -> Row {
         let &Compare { samples, seed, .. } = options;
         let sampling = CompareOptions { samples, seed, ..CompareOptions::default() };
-        let found = compare(&self.surface, original, &sampling);
-        let angle = normal_deviation(&self.surface, original, samples, seed).to_degrees();
+        let found = self.measure(original, &sampling);
+        let angle = if self.is_cloud || original.is_cloud {
+            f64::NAN
+        } else {
+            normal_deviation(&self.surface, &original.surface, samples, seed).to_degrees()
+        };
         let proved_max = exact.map(|tolerance| {
             let certify = CertifyOptions { tolerance, ..CertifyOptions::default() };
-            hausdorff_bounds(&self.surface, original, &certify).upper
+            hausdorff_bounds(&self.surface, &original.surface, &certify).upper
         });
         let [vertices, faces] = self.counts();
         Row {
@@ -151,6 +188,7 @@ impl<'a> Version<'a> {
             mean: found.mean(),
             rms: found.rms(),
             max: found.hausdorff(),
+            one_sided: self.is_cloud != original.is_cloud,
             normal_deviation: angle.is_finite().then_some(angle),
             proved_max,
         }
@@ -218,7 +256,9 @@ fn rows(found: &Results) -> Vec<Vec<String>> {
         let angle =
             row.normal_deviation.map_or("unknown".into(), |angle| format!("{angle:.2}\u{b0}"));
         let [mean, rms, max] = [row.mean, row.rms, row.max].map(percent);
-        let mut cells = vec![printable(&row.file), row.faces.to_string(), mean, rms, max, angle];
+        let direction = if row.one_sided { " (one direction)" } else { "" };
+        let file = format!("{}{direction}", printable(&row.file));
+        let mut cells = vec![file, row.faces.to_string(), mean, rms, max, angle];
         cells.extend(row.proved_max.map(percent));
         rows.push(cells);
     }
