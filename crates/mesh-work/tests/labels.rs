@@ -146,3 +146,48 @@ fn whole_numbers_that_are_no_labels_are_interpolated() {
     let new = distinct(&fine.vertex_scalars[0].values);
     assert!(new.iter().any(|value| !old.contains(value)));
 }
+
+/// A hole across the border of two labels: the faces that fill it have the label of the side that they are on. With a hole
+/// inside one label, all have this label.
+#[test]
+fn faces_that_fill_a_hole_take_the_labels_around_it() {
+    for (middle, most) in [(0.13, 0.35), (0.7, 0.0)] {
+        let mut model = labelled(4);
+        let soup = &model.soup;
+        let centre = DVec3::new(middle, -0.5, -0.5).normalize();
+        let is_far = |face: &[u32]| {
+            face.iter().all(|&v| soup.positions()[v as usize].distance(centre) > 0.3)
+        };
+        let kept: Vec<usize> =
+            (0..soup.face_count()).filter(|&face| is_far(soup.face(face))).collect();
+        let triangles: Vec<[u32; 3]> =
+            kept.iter().map(|&face| [0, 1, 2].map(|k| soup.face(face)[k])).collect();
+        let labels: Vec<i32> = kept
+            .iter()
+            .map(|&face| model.face_scalars[0].values.whole(face).unwrap() as i32)
+            .collect();
+        model.soup = mesh_core::PolygonSoup::from_triangles(soup.positions(), &triangles).unwrap();
+        model.face_scalars = vec![Scalars::new("label", labels)];
+        let mut repair = Repair::strict();
+        repair.drop_unreferenced = true;
+        let mut loaded = Loaded::build(model, &repair).unwrap();
+        let report = loaded.fill_holes(&mesh_core::fill::FillOptions::default());
+        assert_eq!(report.filled.len(), 1);
+        let corners = Seams::find(loaded.mesh.topology(), &loaded.provenance, &loaded.model)
+            .corner_source(loaded.mesh.topology());
+        let filled = loaded.to_model(&corners).unwrap();
+        let (mut wrong, mut labels) = (0, Vec::new());
+        for face in &report.filled[0].faces {
+            let corners = loaded.mesh.topology().face_vertices(*face);
+            let place = corners.map(|v| loaded.mesh.position(v)).iter().sum::<DVec3>();
+            let label = filled.face_scalars[0].values.whole(face.index()).unwrap();
+            wrong += usize::from(label != i128::from(label_at(place.normalize())));
+            labels.push(label);
+        }
+        labels.sort_unstable();
+        labels.dedup();
+        let count = report.filled[0].faces.len() as f64;
+        assert!(wrong as f64 <= most * count, "{wrong} of {count}");
+        assert_eq!(labels.len(), if most > 0.0 { 2 } else { 1 });
+    }
+}
