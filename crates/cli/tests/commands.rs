@@ -381,3 +381,43 @@ fn an_interrupted_write_leaves_one_whole_file() {
         assert!(found == old || found == new, "after {milliseconds} ms: {} bytes", found.len());
     }
 }
+
+/// Strips of a coarse tube are longer than wide. Delaunay flips twist them, and the tube gets narrower.
+#[test]
+fn flips_tell_how_they_change_the_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    let [tube, output] = ["tube.obj", "out.obj"].map(|name| folder.path().join(name));
+    let (rings, sides) = (12, 24);
+    let mut text = String::new();
+    for (ring, side) in (0..rings).flat_map(|ring| (0..sides).map(move |side| (ring, side))) {
+        let [around, along] = [(ring, rings), (side, sides)]
+            .map(|(place, count)| std::f64::consts::TAU * f64::from(place) / f64::from(count));
+        let radius = 50.0 + along.cos();
+        let [x, y, z] = [radius * around.cos(), radius * around.sin(), along.sin()];
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for (ring, side) in (0..rings).flat_map(|ring| (0..sides).map(move |side| (ring, side))) {
+        let vertex = |r: i32, s: i32| (ring + r) % rings * sides + (side + s) % sides + 1;
+        let [a, b, c, d] = [vertex(0, 0), vertex(1, 0), vertex(1, 1), vertex(0, 1)];
+        text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+    }
+    std::fs::write(&tube, text).unwrap();
+    let [tube, output] = [&tube, &output].map(|path| path.to_str().unwrap());
+    let run = ["flip", tube, "-o", output, "--cost", "delaunay"];
+    let report = json(&run);
+    let volume = |path: &str| json(&["info", path])["volume"].as_f64().unwrap();
+    for (key, path) in [("volume_before", tube), ("volume_after", output)] {
+        let [told, is] = [report[key].as_f64().unwrap(), volume(path)];
+        assert!((told / is - 1.0).abs() < 1e-9, "{key} {told} {is}");
+    }
+    let change = volume(output) / volume(tube) - 1.0;
+    assert!(change.abs() > 0.01, "{change}");
+    let said = String::from_utf8(curvmesh(&run).stderr).unwrap();
+    assert!(said.contains(&format!("by {:.1} %", 100.0 * change)), "{said}");
+    let kept = json(&[&run[..], &["--feature-angle", "1"]].concat());
+    assert_eq!(kept["volume_before"], kept["volume_after"]);
+    let open = folder.path().join("open.obj");
+    std::fs::write(&open, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n").unwrap();
+    let report = json(&["flip", open.to_str().unwrap()]);
+    assert!(report.get("volume_before").is_none());
+}

@@ -144,6 +144,11 @@ struct Results {
     cost_before: f64,
     cost_after: f64,
     flips: u64,
+    /// The volumes of a closed mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    volume_before: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    volume_after: Option<f64>,
     stop: String,
     locked_edges: usize,
     rebuilt: u64,
@@ -168,6 +173,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
         console.message(format_args!("{} border edges are kept", seams.count()));
     }
     let before = options.look.is_wanted().then(|| loaded.mesh.clone());
+    let volume_before = volume(&loaded.mesh);
     let flip_options = options.optimise.options(&seams);
     let flipped = Seconds::time(&mut seconds.compute, || {
         optimise(&mut loaded.mesh, &options.optimise, &flip_options, console)
@@ -179,7 +185,17 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
         model.corner_normals = None;
         task.save(&model, &options.job.save, &mut seconds, console)?;
     }
-    let results = Results::new(&options.optimise, &flip_options, &flipped);
+    let volume_after = volume(&loaded.mesh);
+    if let (Some(old), Some(new)) = (volume_before, volume_after)
+        && (new - old).abs() > TOLD_CHANGE * old.abs()
+    {
+        let share = 100.0 * (new - old) / old.abs();
+        console.message(format_args!(
+            "the flips change the volume by {share:.1} %; --feature-angle 1 keeps the edges that bend, and with them the shape"
+        ));
+    }
+    let volumes = [volume_before, volume_after];
+    let results = Results::new(&options.optimise, &flip_options, &flipped, volumes);
     let report = task.report(console, loaded.counts(), results, seconds);
     if let Some(before) = &before {
         options.look.write(page(&task.input, before, &loaded.mesh), &report, console)?;
@@ -187,6 +203,14 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
     let Results { cost, cost_before, cost_after, .. } = &report.results;
     let brief = format!("{cost} {} -> {}", Decimal(*cost_before), Decimal(*cost_after));
     report.done(console, summary(&report), brief)
+}
+
+/// A change of the volume above this share is told.
+const TOLD_CHANGE: f64 = 0.01;
+
+/// The volume of a closed mesh.
+fn volume(mesh: &TriMesh) -> Option<f64> {
+    mesh.topology().is_closed().then(|| mesh.volume())
 }
 
 /// A page with both meshes and the edges that differ.
@@ -315,13 +339,20 @@ fn show(bar: &ProgressBar, now: Progress) -> ControlFlow<()> {
 }
 
 impl Results {
-    fn new(options: &Optimise, flip_options: &FlipOptions, flipped: &FlipReport) -> Self {
+    fn new(
+        options: &Optimise,
+        flip_options: &FlipOptions,
+        flipped: &FlipReport,
+        [volume_before, volume_after]: [Option<f64>; 2],
+    ) -> Self {
         Self {
             cost: options.cost.to_string(),
             settings: options.settings(flip_options),
             cost_before: flipped.cost_before,
             cost_after: flipped.cost_after,
             flips: flipped.flips,
+            volume_before,
+            volume_after,
             stop: flipped.stop.to_string(),
             locked_edges: flipped.locked_edges,
             rebuilt: flipped.rebuilt,
