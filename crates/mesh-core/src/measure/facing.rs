@@ -17,13 +17,15 @@
 //! Time: O(n log n) with one ray per component and one location per vertex of a nested component. Components whose
 //! boxes lie in no other box cost one ray only.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use crate::index::as_u32;
 use crate::measure::bounding_box::BoundingBox;
 use crate::measure::containment::{Containment, Location};
 use crate::measure::face_tree::FaceTree;
-use crate::measure::visibility::{Visibility, VisibleArea};
+use crate::measure::visibility::{DIRECTIONS, Visibility, VisibleArea};
 use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::topology::handle::FaceId;
@@ -75,6 +77,15 @@ const MOST_SAMPLES: usize = 512;
 
 /// Sample points on all open components together. The largest components are sampled first; the others stay undecided.
 const ALL_SAMPLES: usize = 1 << 16;
+
+/// Tests of half-lines against faces for all open components together, and more for each face of the mesh. Usual meshes
+/// need fewer; where thousands of components overlap, the smallest ones stay undecided.
+const ALL_TESTS: usize = 10 * 2 * DIRECTIONS * ALL_SAMPLES;
+const TESTS_PER_FACE: usize = 200;
+
+/// Components whose visible areas are computed before the tests are counted: a constant, so that the number of threads
+/// changes nothing.
+const AT_A_TIME: usize = 64;
 
 impl TriMesh {
     /// Which components are inside out, and which are undecided, by the [rules](crate::measure::facing) of
@@ -157,7 +168,8 @@ impl Parts {
         let tree = FaceTree::new(mesh);
         let depths = self.depths(mesh, &Containment::new(mesh, &tree, bounds));
         let visibility = Visibility::new(mesh, &tree, bounds);
-        let visible = self.visible_areas(&visibility);
+        let most = ALL_TESTS + TESTS_PER_FACE * self.component_of_face.len();
+        let (visible, mut used) = self.visible_areas(&visibility, most);
         let facing = |i: usize| {
             if sizes[i].volume != 0.0 {
                 let is_cavity = depths[i] % 2 == 1;
@@ -165,8 +177,15 @@ impl Parts {
             }
             let VisibleArea { front, back } = visible[i];
             if visible[i].is_back() {
-                let alone = || self.visible_alone(&visibility, i);
-                let is_clear = back > HIDDEN * front || alone().is_back();
+                let mut is_back_alone = || {
+                    let has_tests_left = used < most;
+                    has_tests_left && {
+                        let (alone, tests) = self.visible_alone(&visibility, i);
+                        used += tests;
+                        alone.is_back()
+                    }
+                };
+                let is_clear = back > HIDDEN * front || is_back_alone();
                 if is_clear { Facing::InsideOut } else { Facing::Undecided }
             } else if front > CLEARLY * back {
                 Facing::Outward
@@ -179,8 +198,9 @@ impl Parts {
 
     /// The number of closed components that contain each component with a volume.
     fn depths(&self, mesh: &TriMesh, containment: &Containment<'_>) -> Vec<u32> {
+        let points = self.lonely_corners(mesh);
         let candidates = parallel::collect_each(self.sizes.len(), |i| {
-            self.candidates(mesh, containment, as_u32(i))
+            self.candidates(points[i], containment, as_u32(i))
         });
         let mut depths = vec![0; self.sizes.len()];
         // A container has a larger volume, so its depth is known first.
@@ -214,12 +234,26 @@ impl Parts {
             && inner.bounds.max.cmple(outer.bounds.max).all()
     }
 
-    /// The closed components that contain the first vertex of a component, or touch it; the smallest first.
-    fn candidates(&self, mesh: &TriMesh, containment: &Containment<'_>, i: u32) -> Vec<u32> {
+    /// For each component, the vertex with the fewest faces at its position. Components can meet in one point by the
+    /// thousands; each look-up of that point finds the faces of all of them.
+    fn lonely_corners(&self, mesh: &TriMesh) -> Vec<DVec3> {
+        let key = |point: DVec3| point.to_array().map(f64::to_bits);
+        let mut count: HashMap<[u64; 3], u32> = HashMap::new();
+        for &face in self.faces.iter().flatten() {
+            mesh.triangle(face).into_iter().for_each(|p| *count.entry(key(p)).or_default() += 1);
+        }
+        let lonely = |faces: &Vec<FaceId>| {
+            let corners = faces.iter().flat_map(|&face| mesh.triangle(face));
+            corners.min_by_key(|&point| count.get(&key(point))).unwrap_or(DVec3::NAN)
+        };
+        self.faces.iter().map(lonely).collect()
+    }
+
+    /// The closed components that contain a vertex of a component, or touch it; the smallest first.
+    fn candidates(&self, point: DVec3, containment: &Containment<'_>, i: u32) -> Vec<u32> {
         if self.sizes[i as usize].volume == 0.0 {
             return Vec::new();
         }
-        let point = mesh.triangle(self.faces[i as usize][0])[0];
         let other = |face| Some(self.component(face)).filter(|&c| self.may_contain(c, i));
         let mut found = containment.containers(point, other);
         let order = |&a: &u32, &b: &u32| {
@@ -248,30 +282,40 @@ impl Parts {
         let none_outside = |mut range: core::ops::Range<usize>| {
             range.all(|index| place(index) != Location::Outside)
         };
-        some_inside() && parallel::holds_in_blocks(count, none_outside)
+        // In this order, because components that are not nested have a vertex outside.
+        parallel::holds_in_blocks(count, none_outside) && some_inside()
     }
 
-    /// The visible area of a component without the others.
-    fn visible_alone(&self, visibility: &Visibility<'_>, i: usize) -> VisibleArea {
+    /// The visible area of a component without the others, and the number of tests.
+    fn visible_alone(&self, visibility: &Visibility<'_>, i: usize) -> (VisibleArea, usize) {
         let faces = &self.faces[i];
         let is_own = |face| self.component(face) as usize == i;
         visibility.of_faces(faces, MOST_SAMPLES.min(16 * faces.len()), is_own)
     }
 
-    /// Visible areas of the components without a volume, the largest first, until the samples are used up.
-    fn visible_areas(&self, visibility: &Visibility<'_>) -> Vec<VisibleArea> {
+    /// Visible areas of the components without a volume, the largest first, until the samples or `most` tests are used up,
+    /// and the number of tests.
+    fn visible_areas(&self, visibility: &Visibility<'_>, most: usize) -> (Vec<VisibleArea>, usize) {
         let mut order: Vec<usize> =
             (0..self.sizes.len()).filter(|&i| self.sizes[i].volume == 0.0).collect();
         order.sort_by(|&i, &j| self.sizes[j].area.total_cmp(&self.sizes[i].area).then(i.cmp(&j)));
         let samples = MOST_SAMPLES.min(ALL_SAMPLES / order.len().max(1)).max(16);
         order.truncate(ALL_SAMPLES / samples);
-        let areas = parallel::collect_each(order.len(), |place| {
-            let faces = &self.faces[order[place]];
-            visibility.of_faces(faces, samples.min(16 * faces.len()), |_| true)
-        });
-        let mut all = vec![VisibleArea::default(); self.sizes.len()];
-        order.into_iter().zip(areas).for_each(|(i, area)| all[i] = area);
-        all
+        let (mut used, mut all) = (0, vec![VisibleArea::default(); self.sizes.len()]);
+        for some in order.chunks(AT_A_TIME) {
+            let areas = parallel::collect_each(some.len(), |place| {
+                let faces = &self.faces[some[place]];
+                visibility.of_faces(faces, samples.min(16 * faces.len()), |_| true)
+            });
+            for (&i, (area, tests)) in some.iter().zip(areas) {
+                all[i] = area;
+                used += tests;
+            }
+            if used >= most {
+                break;
+            }
+        }
+        (all, used)
     }
 }
 
@@ -300,5 +344,73 @@ impl Size {
         let by_apex = if is_closed { 0.0 } else { vector_area.length() * diagonal / 6.0 };
         let is_certain = volume.abs() > rounding + by_apex;
         Self { bounds, is_closed, area, volume: if is_certain { volume } else { 0.0 } }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::random::SplitMix64;
+
+    fn random_point(random: &mut SplitMix64) -> DVec3 {
+        DVec3::new(random.symmetric(), random.symmetric(), random.symmetric())
+    }
+
+    /// Thousands of triangles that touch in one point, and lie in all directions around it.
+    fn triangles_around_a_point(count: u32) -> TriMesh {
+        let mut random = SplitMix64::new(3);
+        let mut points = Vec::new();
+        for _ in 0..count {
+            let far = random_point(&mut random);
+            points.extend([DVec3::ZERO, far, far + 0.05 * random_point(&mut random)]);
+        }
+        let faces: Vec<_> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        TriMesh::from_triangles(&points, &faces).unwrap()
+    }
+
+    /// The number of components that were looked at, and of tests.
+    fn looked_at(mesh: &TriMesh, most: usize) -> (usize, usize) {
+        let tree = FaceTree::new(mesh);
+        let visibility = Visibility::new(mesh, &tree, mesh.bounding_box().unwrap());
+        let (visible, tests) = Parts::new(mesh).visible_areas(&visibility, most);
+        (visible.iter().filter(|area| area.front + area.back > 0.0).count(), tests)
+    }
+
+    #[test]
+    fn overlapping_components_share_their_tests() {
+        let (count, most) = (1000, 1_000_000);
+        let crowded = triangles_around_a_point(count as u32);
+        let (_, without) = looked_at(&crowded, usize::MAX);
+        let (_, tests) = looked_at(&crowded, most);
+        let last = AT_A_TIME * 16 * 2 * DIRECTIONS * 64;
+        assert!(tests < most + last && 2 * tests < without, "{tests} {without}");
+        // The same triangles side by side.
+        let place = |v: u32| 2.0 * DVec3::new(f64::from(v / 3 % 16), f64::from(v / 48), 0.0);
+        let moved = crowded.positions().iter().zip(0..).map(|(&p, v)| p + place(v)).collect();
+        let apart = TriMesh::new(crowded.topology().clone(), moved).unwrap();
+        let (seen, _) = looked_at(&apart, ALL_TESTS + TESTS_PER_FACE * count);
+        assert_eq!(seen, count);
+    }
+
+    #[test]
+    fn components_that_meet_in_a_point_are_looked_up_elsewhere() {
+        let (count, mut random) = (1000, SplitMix64::new(5));
+        let (mut points, mut faces) = (Vec::new(), Vec::new());
+        for i in 0..count {
+            let far = random_point(&mut random);
+            let mut near = || far + 0.05 * random_point(&mut random);
+            points.extend([DVec3::ZERO, near(), near(), near()]);
+            let sides = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+            faces.extend(sides.map(|side| side.map(|v| 4 * i + v)));
+        }
+        let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
+        let (parts, tree) = (Parts::new(&mesh), FaceTree::new(&mesh));
+        let containment = Containment::new(&mesh, &tree, mesh.bounding_box().unwrap());
+        let lonely = parts.lonely_corners(&mesh);
+        assert!(lonely.iter().all(|&point| point != DVec3::ZERO));
+        let candidates = |i: u32| parts.candidates(lonely[i as usize], &containment, i).len();
+        let all: usize = (0..count).map(candidates).sum();
+        assert!(all < count as usize / 10, "{all}");
     }
 }

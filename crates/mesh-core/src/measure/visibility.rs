@@ -14,7 +14,7 @@ use crate::random::SplitMix64;
 use crate::topology::handle::FaceId;
 
 /// Directions per half-space; each has its opposite, so that both sides of a plane are seen alike.
-const DIRECTIONS: usize = 12;
+pub(crate) const DIRECTIONS: usize = 12;
 
 /// Most faces that a half-line is tested against, on average over a component. It is about ten on usual meshes, and
 /// grows with the mesh where boxes overlap, as around a hub of long faces; such a component stays undecided.
@@ -51,34 +51,38 @@ impl<'m> Visibility<'m> {
         Self { mesh, tree, directions, least }
     }
 
-    /// The visible area of some faces, from `samples` points spread by area. Only faces that `hides` accepts stand in
-    /// the way.
+    /// The visible area of some faces, from `samples` points spread by area, and the number of tests against faces. Only
+    /// faces that `hides` accepts stand in the way.
     pub(crate) fn of_faces(
         &self,
         faces: &[FaceId],
         samples: usize,
         hides: impl Fn(FaceId) -> bool,
-    ) -> VisibleArea {
+    ) -> (VisibleArea, usize) {
         let areas = faces.iter().map(|&f| self.mesh.face_area(f));
         let total: f64 = areas.clone().sum();
         let mut visible = VisibleArea::default();
         if !(total > 0.0 && total.is_finite()) {
-            return visible;
+            return (visible, 0);
         }
         let mut random = SplitMix64::new(1);
-        let mut tests = samples * 2 * DIRECTIONS * MOST_TESTS;
+        // A quarter at the start and the rest point by point: a component among far too many faces is left early.
+        let most = samples * 2 * DIRECTIONS * MOST_TESTS;
+        let (mut tests, mut given) = (most / 4, most / 4);
         let (mut covered, mut next) = (0.0, 0);
         for (&face, area) in faces.iter().zip(areas) {
             covered += area;
             while next < samples && (next as f64 + 0.5) * total <= covered * samples as f64 {
+                tests += (most - most / 4) / samples;
+                given += (most - most / 4) / samples;
                 let point = point_of(self.mesh.triangle(face), &mut random);
                 if self.add(face, point, &hides, &mut visible, &mut tests).is_none() {
-                    return VisibleArea::default();
+                    return (VisibleArea::default(), given);
                 }
                 next += 1;
             }
         }
-        visible
+        (visible, given - tests)
     }
 
     /// Adds what is visible of a point; `None` if that takes more tests than there are.
