@@ -47,6 +47,10 @@ pub use index::as_u32;
 #[doc(inline)]
 pub use measure::BoundingBox;
 #[doc(inline)]
+pub use measure::any_size::{
+    direction, orient2d, orient3d, triangle_normal, unit_sized, unit_sized_points,
+};
+#[doc(inline)]
 pub use measure::crossing::triangles_cross;
 #[doc(inline)]
 pub use measure::face_tree::FaceTree;

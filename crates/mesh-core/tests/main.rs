@@ -8,6 +8,7 @@ mod edits;
 mod extents;
 mod faces;
 mod facing;
+mod scales;
 mod serde;
 mod topology;
 mod touching;

@@ -21,6 +21,7 @@ use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
 use crate::build::fins::Parts;
 use crate::build::touching::{Wedges, is_inside_out, pairs_around};
 use crate::index::as_u32;
+use crate::measure::any_size::unit_sized_points;
 use crate::topology::pairing::{TopologyError, check_corners};
 
 /// The fans of corners around the vertices.
@@ -121,6 +122,7 @@ pub fn cut_non_manifold(
     triangles: &mut [[u32; 3]],
 ) -> Result<Vec<u32>, TopologyError> {
     check_corners(positions.len(), triangles)?;
+    let (positions, _) = unit_sized_points(positions);
     let edges = EdgeTable::new(positions.len(), triangles);
     Ok(cut_apart(positions.len(), |v| positions[v as usize], triangles, &edges))
 }

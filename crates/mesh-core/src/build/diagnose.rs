@@ -8,6 +8,7 @@ use crate::build::{
     BuildError, Draft, Repair, build_and_compare, find_duplicates, has_zero_area, repeated_vertex,
 };
 use crate::index::as_u32;
+use crate::measure::any_size::unit_sized;
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::edge_connectivity::EdgeConnectivity;
 
@@ -107,6 +108,9 @@ pub const SLIVER_HEIGHT: f64 = 1e-3;
 /// # Errors
 /// [`BuildError::TooManyElements`] for soups beyond 32-bit indices; nothing else.
 pub fn diagnose(soup: &PolygonSoup) -> Result<Diagnosis, BuildError> {
+    if let Some((scaled, _)) = soup.at_unit_size() {
+        return diagnose(&scaled);
+    }
     let lenient = Repair::lenient();
     let mut draft = Draft::unchecked(soup, &lenient)?;
     draft.triangulate();
@@ -204,7 +208,7 @@ impl Diagnosis {
 /// Whether the height of a triangle over its longest side is below a thousandth of that side.
 #[must_use]
 pub fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
-    let [u, v, w] = [b - a, c - b, a - c];
+    let [u, v, w] = unit_sized([b - a, c - b, a - c]);
     let longest = u.length_squared().max(v.length_squared()).max(w.length_squared());
     u.cross(v).length() < SLIVER_HEIGHT * longest
 }

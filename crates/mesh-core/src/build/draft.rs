@@ -12,6 +12,7 @@ use crate::build::screen;
 use crate::build::soup::PolygonSoup;
 use crate::build::triangulate::{Triangulation, Triangulator};
 use crate::index::as_u32;
+use crate::measure::any_size::unit_sized;
 use crate::measure::facing::Facing;
 use crate::mesh::{MeshError, TriMesh};
 use crate::topology::Topology;
@@ -316,8 +317,9 @@ pub(crate) fn repeated_vertex([a, b, c]: [u32; 3]) -> Option<u32> {
     if a == b || a == c { Some(a) } else { (b == c).then_some(b) }
 }
 
-/// Whether the cross product of two sides is exactly zero.
+/// Whether the cross product of two sides is exactly zero, at any size.
 #[must_use]
 pub fn has_zero_area([a, b, c]: [DVec3; 3]) -> bool {
-    (b - a).cross(c - a) == DVec3::ZERO
+    let is_zero = |[u, v]: [DVec3; 2]| u.cross(v) == DVec3::ZERO;
+    is_zero([b - a, c - a]) && is_zero(unit_sized([b - a, c - a]))
 }

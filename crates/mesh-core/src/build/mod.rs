@@ -97,6 +97,16 @@ pub(crate) fn build_and_compare(
     soup: &PolygonSoup,
     repair: &Repair,
 ) -> Result<(Built, Vec<bool>), BuildError> {
+    // An error names positions and lengths of the soup as it is.
+    if let Some((scaled, repair)) = at_unit_size(soup, repair)
+        && let Ok((mut built, reversed)) = build_and_compare(&scaled, &repair)
+    {
+        let sources = &built.provenance.vertex_source;
+        for (position, &source) in built.mesh.positions_mut().iter_mut().zip(sources) {
+            *position = soup.positions()[source as usize];
+        }
+        return Ok((built, reversed));
+    }
     let mut draft = Draft::new(soup, repair)?;
     draft.weld()?;
     draft.triangulate();
@@ -111,4 +121,15 @@ pub(crate) fn build_and_compare(
             draft.finish(topology)
         }
     }
+}
+
+/// A soup whose coordinates are so large or small that products of them are no numbers, and the repairs that it needs,
+/// at unit size.
+fn at_unit_size(soup: &PolygonSoup, repair: &Repair) -> Option<(PolygonSoup, Repair)> {
+    let (scaled, factor) = soup.at_unit_size()?;
+    let weld = match repair.weld {
+        Weld::Distance(distance) => Weld::Distance(distance / factor),
+        other => other,
+    };
+    Some((scaled, Repair { weld, ..*repair }))
 }

@@ -177,6 +177,9 @@ pub(crate) fn weld_seams(soup: &PolygonSoup) -> Vec<u32> {
 /// The number of open edges that [`Weld::Seams`](crate::build::Weld::Seams) joins with others.
 #[must_use]
 pub fn count_seam_edges(soup: &PolygonSoup) -> usize {
+    if let Some((scaled, _)) = soup.at_unit_size() {
+        return count_seam_edges(&scaled);
+    }
     let mut count = 0;
     Seams::new(soup).each_joined(|sides| count += sides.len());
     count

@@ -1,8 +1,11 @@
 //! Positions and polygons as a file holds them, without adjacency and unchecked.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use crate::index::as_u32;
+use crate::measure::any_size::unit_sized_points;
 use crate::position::{Position, VertexIndex};
 use crate::topology::handle::{HalfEdgeId, Handle};
 
@@ -148,6 +151,15 @@ impl PolygonSoup {
     #[must_use]
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
+    }
+
+    /// A soup whose coordinates are so large or small that products of them are no numbers, divided by a power of two,
+    /// and this power. `None` at ordinary sizes, and if a coordinate has no exact quotient.
+    pub(crate) fn at_unit_size(&self) -> Option<(Self, f64)> {
+        match unit_sized_points(&self.positions) {
+            (Cow::Owned(positions), factor) => Some((Self { positions, ..self.clone() }, factor)),
+            (Cow::Borrowed(_), _) => None,
+        }
     }
 
     /// Mutable access to the vertex positions.

@@ -14,9 +14,9 @@
 use std::collections::VecDeque;
 
 use glam::{DVec2, DVec3};
-use robust::{Coord, orient2d};
 
 use crate::index::as_u32;
+use crate::measure::any_size::{orient2d, unit_sized_points};
 
 /// Cuts polygons into triangles; keeps its working arrays between polygons.
 #[derive(Default)]
@@ -96,6 +96,10 @@ impl Triangulator {
         vertices: &[u32],
         triangles: &mut Vec<[u32; 3]>,
     ) -> Triangulation {
+        let (positions, _) = match positions.len() {
+            0..=3 => (positions.into(), 1.0),
+            _ => unit_sized_points(positions),
+        };
         match *positions {
             [] | [_] | [_, _] => Triangulation::Proper,
             [_, _, _] => {
@@ -107,7 +111,7 @@ impl Triangulator {
                 triangles.extend(split_quadrilateral([a, b, c, d], vertices));
                 Triangulation::Proper
             }
-            _ => self.clip_ears(positions, vertices, triangles),
+            _ => self.clip_ears(&positions, vertices, triangles),
         }
     }
 
@@ -278,8 +282,7 @@ impl Triangulator {
 }
 
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    let [a, b, c] = [a, b, c].map(|p| Coord { x: p.x, y: p.y });
-    orient2d(a, b, c)
+    orient2d([a, b, c])
 }
 
 fn all_distinct(vertices: &[u32]) -> bool {

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::measure::any_size::power_of_two;
+
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -78,10 +80,4 @@ fn length_by_parts(vector: DVec3) -> f64 {
     } else {
         largest
     }
-}
-
-/// The largest power of two up to a positive, finite number.
-pub(crate) fn power_of_two(number: f64) -> f64 {
-    let leading = f64::from_bits(number.to_bits() & (0x7FF << 52));
-    if leading > 0.0 { leading } else { f64::MIN_POSITIVE }
 }

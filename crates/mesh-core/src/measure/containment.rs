@@ -5,9 +5,9 @@
 //! determinants, computed by adaptive exact arithmetic (Shewchuk 1997). A ray through an edge or a vertex is moved
 //! sideways by infinitesimals of two orders (simulation of simplicity; Edelsbrunner, Muecke 1990).
 
-use glam::DVec3;
-use robust::{Coord, Coord3D, orient2d, orient3d};
+use glam::{DVec2, DVec3};
 
+use crate::measure::any_size::{orient2d, orient3d};
 use crate::measure::bounding_box::BoundingBox;
 use crate::measure::crossing::segment_meets_triangle;
 use crate::measure::face_tree::FaceTree;
@@ -29,14 +29,11 @@ pub(crate) struct Containment<'m> {
     tree: &'m FaceTree,
     /// The axis of the rays: the shortest one of the mesh, so that rays cross a row of parts instead of following it.
     axis: usize,
-    /// Power of two that brings coordinates near 1, so that no determinant overflows.
-    scale: f64,
 }
 
 impl<'m> Containment<'m> {
     pub(crate) fn new(mesh: &'m TriMesh, tree: &'m FaceTree, bounds: BoundingBox) -> Self {
-        let axis = bounds.extent().min_position();
-        Self { mesh, tree, axis, scale: unit_scale(bounds) }
+        Self { mesh, tree, axis: bounds.extent().min_position() }
     }
 
     /// Winding numbers of components about a point, as pairs of component and number. `component` returns the component
@@ -101,62 +98,43 @@ impl<'m> Containment<'m> {
     }
 
     fn is_on(&self, point: DVec3, face: FaceId) -> bool {
-        let triangle = self.triangle(face);
-        let has_area = (0..3).any(|axis| {
-            let [a, b, c] = triangle.map(|p| flat(p, axis));
-            orient2d(a, b, c) != 0.0
-        });
-        has_area && segment_meets_triangle([point * self.scale; 2], triangle)
-    }
-
-    fn triangle(&self, face: FaceId) -> [DVec3; 3] {
-        self.mesh.triangle(face).map(|p| p * self.scale)
+        let triangle = self.mesh.triangle(face);
+        let has_area = (0..3).any(|axis| orient2d(triangle.map(|p| flat(p, axis))) != 0.0);
+        has_area && segment_meets_triangle([point; 2], triangle)
     }
 
     /// 1 if the ray from the point leaves through the front of a face, -1 if it enters through the front, 0 if it
     /// misses the face.
     fn crossing(&self, point: DVec3, face: FaceId) -> i32 {
-        let corners = self.triangle(face);
-        let point = point * self.scale;
+        let corners = self.mesh.triangle(face);
         let [a, b, c] = corners.map(|p| flat(p, self.axis));
         let at = flat(point, self.axis);
         let turn = side(a, b, at);
         if turn == 0 || side(b, c, at) != turn || side(c, a, at) != turn {
             return 0;
         }
-        let [p, q, r, s] =
-            [corners[0], corners[1], corners[2], point].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+        let [p, q, r] = corners;
         // Positive where the point is behind the face.
-        let behind = orient3d(p, q, r, s);
+        let behind = orient3d([p, q, r, point]);
         let is_ahead = if turn > 0 { behind > 0.0 } else { behind < 0.0 };
         if is_ahead { turn } else { 0 }
     }
 }
 
 /// The projection along an axis; it keeps the sense of rotation as seen against the axis.
-fn flat(p: DVec3, axis: usize) -> Coord<f64> {
-    Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] }
+fn flat(p: DVec3, axis: usize) -> DVec2 {
+    DVec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3])
 }
 
 /// The side of the line from `a` to `b` on which the point `at`, moved by (e, e^2) for an infinitesimal e, lies: 1
 /// left, -1 right, 0 only where `a` equals `b`.
-fn side(a: Coord<f64>, b: Coord<f64>, at: Coord<f64>) -> i32 {
+fn side(a: DVec2, b: DVec2, at: DVec2) -> i32 {
     let sign = |x: f64| i32::from(x > 0.0) - i32::from(x < 0.0);
-    let exact = sign(orient2d(a, b, at));
+    let exact = sign(orient2d([a, b, at]));
     let compare = |p: f64, q: f64| i32::from(p > q) - i32::from(p < q);
     match (exact, compare(a.y, b.y)) {
         (0, 0) => compare(b.x, a.x),
         (0, by_first) => by_first,
         _ => exact,
-    }
-}
-
-/// The power of two that brings the largest coordinate to about 1; it changes no digit.
-fn unit_scale(bounds: BoundingBox) -> f64 {
-    let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
-    if largest > 0.0 && largest.is_finite() {
-        (-largest.log2().floor()).clamp(-1000.0, 1000.0).exp2()
-    } else {
-        1.0
     }
 }

@@ -3,9 +3,9 @@
 //! All decisions are signs of determinants, computed by adaptive exact arithmetic (Shewchuk 1997). There is no
 //! tolerance.
 
-use glam::DVec3;
-use robust::{Coord, Coord3D, orient2d, orient3d};
+use glam::{DVec2, DVec3};
 
+use crate::measure::any_size::{orient2d, orient3d};
 use crate::measure::bounding_box::BoundingBox;
 use crate::topology::handle::VertexId;
 
@@ -132,8 +132,7 @@ fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     if (a.cmpeq(b) & b.cmpeq(c) & c.cmpeq(d)).any() {
         return 0.0;
     }
-    let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
-    orient3d(a, b, c, d)
+    orient3d([a, b, c, d])
 }
 
 /// A projection along a coordinate axis.
@@ -153,16 +152,16 @@ impl Projection {
         good.unwrap_or(Self::AlongZ)
     }
 
-    fn point(self, p: DVec3) -> Coord<f64> {
+    fn point(self, p: DVec3) -> DVec2 {
         match self {
-            Self::AlongX => Coord { x: p.y, y: p.z },
-            Self::AlongY => Coord { x: p.z, y: p.x },
-            Self::AlongZ => Coord { x: p.x, y: p.y },
+            Self::AlongX => DVec2::new(p.y, p.z),
+            Self::AlongY => DVec2::new(p.z, p.x),
+            Self::AlongZ => DVec2::new(p.x, p.y),
         }
     }
 
     fn orientation(self, a: DVec3, b: DVec3, c: DVec3) -> f64 {
-        orient2d(self.point(a), self.point(b), self.point(c))
+        orient2d([a, b, c].map(|p| self.point(p)))
     }
 
     fn contains(self, [a, b, c]: [DVec3; 3], p: DVec3) -> bool {

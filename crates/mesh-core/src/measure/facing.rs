@@ -25,6 +25,7 @@ use crate::index::as_u32;
 use crate::measure::bounding_box::BoundingBox;
 use crate::measure::containment::{Containment, Location};
 use crate::measure::face_tree::FaceTree;
+use crate::measure::unit_scale::UnitScale;
 use crate::measure::visibility::{DIRECTIONS, Visibility, VisibleArea};
 use crate::mesh::TriMesh;
 use crate::parallel;
@@ -103,6 +104,11 @@ impl TriMesh {
     /// ```
     #[must_use]
     pub fn facings(&self) -> Facings {
+        if let Ok(Some(scale)) = UnitScale::of(self)
+            && let Ok(scaled) = scale.mesh(self)
+        {
+            return scaled.facings();
+        }
         let parts = Parts::new(self);
         let of_component = parts.decide(self);
         Facings { of_component, faces: parts.faces }

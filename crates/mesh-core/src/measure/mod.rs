@@ -1,5 +1,6 @@
 //! Sizes, normals and operators of meshes; boxes, search trees and exact intersection tests of triangles.
 
+pub mod any_size;
 pub mod bounding_box;
 pub mod closest_point;
 mod containment;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::attribute::{FaceMap, VertexMap};
-use crate::measure::bounding_box::power_of_two;
+use crate::measure::any_size::{triangle_normal, unit_sized};
 use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
@@ -15,20 +15,16 @@ use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
 #[inline]
 #[must_use]
 pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
+    let (sine, cosine) = (a.cross(b).length(), a.dot(b));
+    let size = sine.max(cosine.abs());
+    if size > 1e-140 && size < 1e140 { sine.atan2(cosine) } else { far_angle(a, b) }
 }
 
-/// The unit normal of a triangle whose area may overflow or vanish.
+/// The angle between two vectors whose product may overflow or vanish.
 #[cold]
-fn far_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    let (u, v) = (b - a, c - a);
-    let largest = u.abs().max(v.abs()).max_element();
-    if largest > 0.0 && largest.is_finite() {
-        let factor = power_of_two(largest);
-        (u / factor).cross(v / factor).normalize_or_zero()
-    } else {
-        DVec3::ZERO
-    }
+fn far_angle(a: DVec3, b: DVec3) -> f64 {
+    let ([a], [b]) = (unit_sized([a]), unit_sized([b]));
+    a.cross(b).length().atan2(a.dot(b))
 }
 
 impl TriMesh {
@@ -37,12 +33,7 @@ impl TriMesh {
     #[inline]
     #[must_use]
     pub fn face_normal(&self, face: FaceId) -> DVec3 {
-        let cross = self.face_cross(face);
-        let squared = cross.length_squared();
-        match squared > 1e-290 && squared < 1e290 {
-            true => cross.normalize_or_zero(),
-            false => far_normal(self.triangle(face)),
-        }
+        triangle_normal(self.triangle(face))
     }
 
     /// The unit normals of all faces; zero for faces without area and for removed ones.

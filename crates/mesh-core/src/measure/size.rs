@@ -5,7 +5,8 @@ use glam::DVec3;
 use crate::attribute::EdgeMap;
 use crate::build::Triangulator;
 use crate::build::soup::PolygonSoup;
-use crate::measure::bounding_box::{BoundingBox, length, power_of_two};
+use crate::measure::any_size::power_of_two;
+use crate::measure::bounding_box::{BoundingBox, length};
 use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::topology::handle::{EdgeId, FaceId, Handle};
@@ -130,10 +131,29 @@ fn far_area(u: DVec3, v: DVec3) -> f64 {
 pub struct SoupMeasures {
     /// The smallest box around the faces; `None` without faces.
     pub bounds: Option<BoundingBox>,
-    /// The total area of the faces, cut into triangles.
+    /// The total area of the faces, cut into triangles; infinite or NaN if it is larger or smaller than numbers are.
     pub area: f64,
-    /// The enclosed volume; meaningful for closed, oriented surfaces only, see [`TriMesh::volume`].
+    /// The enclosed volume; meaningful for closed, oriented surfaces only, see [`TriMesh::volume`]. Infinite or NaN as the
+    /// area is.
     pub volume: f64,
+}
+
+impl SoupMeasures {
+    /// The sizes of a soup, from the sizes of that soup with coordinates divided by a factor. NaN for sizes that are too
+    /// small for a number.
+    #[must_use]
+    pub fn restored(self, factor: f64) -> Self {
+        let bounds = self.bounds.map(|b| BoundingBox { min: b.min * factor, max: b.max * factor });
+        let number = |unit: f64, product: f64| match product == 0.0 && unit != 0.0 {
+            true => f64::NAN,
+            false => product,
+        };
+        Self {
+            bounds,
+            area: number(self.area, self.area * factor * factor),
+            volume: number(self.volume, self.volume * factor * factor * factor),
+        }
+    }
 }
 
 impl PolygonSoup {
@@ -141,6 +161,9 @@ impl PolygonSoup {
     /// out.
     #[must_use]
     pub fn measure(&self) -> SoupMeasures {
+        if let Some((scaled, factor)) = self.at_unit_size() {
+            return scaled.measure().restored(factor);
+        }
         let place = |&vertex: &u32| {
             self.positions().get(vertex as usize).copied().filter(|p| p.is_finite())
         };
@@ -150,17 +173,28 @@ impl PolygonSoup {
             return SoupMeasures::default();
         };
         let mut measures = SoupMeasures { bounds: Some(bounds), ..SoupMeasures::default() };
+        let center = self.middle(bounds);
         let mut triangulator = Triangulator::default();
         let mut triangles = Vec::new();
         for (face, corners) in sound() {
             triangles.clear();
             triangulator.triangulate(&corners, self.face(face), &mut triangles);
             for triangle in &triangles {
-                let [a, b, c] = triangle.map(|i| corners[i as usize] - bounds.center());
+                let [a, b, c] = triangle.map(|i| corners[i as usize] - center);
                 measures.area += triangle_area([a, b, c]);
                 measures.volume += a.dot(b.cross(c)) / 6.0;
             }
         }
         measures
+    }
+
+    /// The centre of the bounding box; the origin if a few points far away pull the centre so far that the digits of
+    /// the others would be lost against it.
+    fn middle(&self, bounds: BoundingBox) -> DVec3 {
+        let center = bounds.center();
+        let least = center.abs().max_element() / f64::from(40).exp2();
+        let is_small = |p: &&DVec3| p.abs().max_element() < least;
+        let small = self.positions().iter().filter(is_small).count();
+        if 2 * small > self.vertex_count() { DVec3::ZERO } else { center }
     }
 }
