@@ -3,6 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 
 use glam::{DVec2, DVec3};
+use mesh_core::unit_sized;
 
 use crate::atan2::atan2;
 
@@ -15,8 +16,18 @@ use crate::atan2::atan2;
 #[must_use]
 pub fn corner_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (u, w) = (b - a, c - a);
-    let corner = corner_direction(u, w, u.cross(w).length());
+    let (cosine, sine) = (u.dot(w), u.cross(w).length());
+    let size = sine.max(cosine.abs());
+    let is_ordinary = size > 1e-140 && size < 1e140;
+    let corner = if is_ordinary { corner_direction(u, w, sine) } else { far_corner(u, w) };
     atan2(corner.y, corner.x)
+}
+
+/// [`corner_direction`] of sides whose products may overflow or vanish.
+#[cold]
+fn far_corner(u: DVec3, w: DVec3) -> DVec2 {
+    let [u, w] = unit_sized([u, w]);
+    corner_direction(u, w, u.cross(w).length())
 }
 
 /// The three interior angles of the triangle with the sides `u` and `w` from one corner, in radians: at

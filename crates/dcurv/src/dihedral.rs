@@ -1,6 +1,7 @@
 //! The signed dihedral angle at an edge.
 
 use glam::DVec3;
+use mesh_core::unit_sized;
 
 use crate::atan2::atan2;
 
@@ -15,14 +16,25 @@ use crate::atan2::atan2;
 /// The arc tangent of sine and cosine keeps the relative precision of small angles, where the arc
 /// cosine of the normals loses it.
 ///
-/// 0 if a face has no area. Valid for edge lengths between 1e-70 and 1e70.
+/// 0 if a face has no area. Valid at any size, if the lengths differ by at most a factor of 1e50.
 #[inline]
 #[must_use]
 pub fn dihedral_angle(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
-    let (edge, right) = (b - a, d - a);
-    let left_normal = edge.cross(c - a);
-    let right_normal = right.cross(edge);
-    hinge_angle(edge.length(), left_normal, right_normal, right)
+    let sides = [b - a, c - a, d - a];
+    let length = sides[0].length();
+    // Products have up to four lengths.
+    if length > 1e-60 && length < 1e60 { angle_between(sides) } else { far_angle(sides) }
+}
+
+/// The dihedral angle at the first of three vectors from its origin, between the faces to the others.
+#[inline(always)]
+fn angle_between([edge, left, right]: [DVec3; 3]) -> f64 {
+    hinge_angle(edge.length(), edge.cross(left), right.cross(edge), right)
+}
+
+#[cold]
+fn far_angle(sides: [DVec3; 3]) -> f64 {
+    angle_between(unit_sized(sides))
 }
 
 /// The dihedral angle from the length of an edge, the normals of its left and right face (of any length)

@@ -21,8 +21,7 @@ use core::f64::consts::{PI, TAU};
 use std::collections::VecDeque;
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
-use robust::{Coord3D, orient3d};
+use mesh_core::{Handle, TriMesh, VertexId, VertexMap, direction, orient3d, parallel, unit_sized};
 
 use crate::angle::corner_angle;
 use crate::quantity::Integral;
@@ -104,7 +103,8 @@ fn hull_defect(center: DVec3, points: &[DVec3]) -> f64 {
 fn cone_hull(center: DVec3, points: &[DVec3]) -> Option<Vec<DVec3>> {
     let mut rays = points.iter().copied().filter(|&p| p != center);
     let Some(first) = rays.next() else { return Some(Vec::new()) };
-    let width = |p: &DVec3| (*p - center).normalize_or_zero().cross(first - center).length();
+    let [along] = unit_sized([first - center]);
+    let width = |p: &DVec3| direction(*p - center).cross(along).length();
     let widest = rays.clone().max_by(|p, q| width(p).total_cmp(&width(q)));
     let Some(second) = widest else { return Some(vec![first]) };
     let Some(third) = rays.clone().find(|&p| side(center, first, second, p) != 0.0) else {
@@ -177,8 +177,8 @@ fn planar_cone_hull(
     second: DVec3,
     rays: impl Iterator<Item = DVec3>,
 ) -> Option<Vec<DVec3>> {
-    let x = (first - center).normalize_or_zero();
-    let y = (second - center).reject_from_normalized(x).normalize_or_zero();
+    let x = direction(first - center);
+    let y = direction((second - center).reject_from_normalized(x));
     let (mut low, mut high) = ((0.0, first), (0.0, first));
     for point in rays {
         let angle = (point - center).dot(y).atan2((point - center).dot(x));
@@ -194,8 +194,7 @@ fn planar_cone_hull(
 
 /// The sign of the determinant of the vectors from `center` to three points, by an exact predicate.
 fn side(center: DVec3, p: DVec3, q: DVec3, r: DVec3) -> f64 {
-    let [center, p, q, r] = [center, p, q, r].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
-    -orient3d(center, p, q, r)
+    -orient3d([center, p, q, r])
 }
 
 #[cfg(test)]

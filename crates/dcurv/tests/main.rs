@@ -6,4 +6,5 @@ mod laws;
 mod properties;
 mod published;
 mod real_meshes;
+mod scales;
 mod serde;

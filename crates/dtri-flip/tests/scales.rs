@@ -4,7 +4,7 @@
 use core::ops::ControlFlow;
 
 use dcurv::VertexArea;
-use dtri_flip::{CostName, FlipError, FlipOptions};
+use dtri_flip::{CostName, FlipError, FlipOptions, feature_edges};
 use mesh_core::TriMesh;
 use proptest::prelude::*;
 
@@ -38,6 +38,7 @@ proptest! {
         let options = FlipOptions {
             look_ahead: 1 + usize::from(strong),
             forbid_intersections: strong,
+            feature_angle: strong.then_some(0.5),
             ..FlipOptions::default()
         };
         let cost = CostName::ALL[kind];
@@ -73,4 +74,15 @@ fn sizes_that_leave_too_few_digits_are_refused() {
         &mut |_| ControlFlow::Continue(()),
     );
     assert!(matches!(found, Err(FlipError::Scale(_))), "{found:?}");
+}
+
+#[test]
+fn feature_edges_do_not_depend_on_the_size() {
+    let features =
+        |exponent: i32| feature_edges(&torus(f64::from(exponent).exp2()), 0.3).into_vec();
+    let unit = features(0);
+    assert!(unit.contains(&true) && unit.contains(&false));
+    for exponent in (-1000..=1000).step_by(50) {
+        assert!(features(exponent) == unit, "2^{exponent}");
+    }
 }
