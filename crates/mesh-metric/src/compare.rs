@@ -98,13 +98,13 @@ impl Comparison {
     pub fn rms(&self) -> f64 {
         let of = |f: f64, b: f64| (0.5 * (f.powi(2) + b.powi(2))).sqrt();
         let (forward, backward) = (self.forward.rms, self.backward.rms);
-        let largest = forward.max(backward);
-        // Squares of such lengths overflow or vanish.
-        let is_extreme = largest > 1e140 || (largest > 0.0 && largest < 1e-140);
-        match is_extreme && largest.is_finite() {
-            true => largest * of(forward / largest, backward / largest),
-            false => of(forward, backward),
-        }
+        // A power of two changes no digit; squares of such lengths overflow or vanish.
+        let factor = match forward.max(backward) {
+            large if large > 1e140 => f64::from(-900).exp2(),
+            small if small < 1e-140 => f64::from(900).exp2(),
+            _ => 1.0,
+        };
+        of(forward * factor, backward * factor) / factor
     }
 }
 

@@ -1,8 +1,9 @@
 //! How far the normals of two surfaces are apart.
 
 use glam::DVec3;
-use mesh_core::parallel;
+use mesh_core::{parallel, triangle_normal};
 
+use crate::frame::Frame;
 use crate::sampling::sample_surface;
 use crate::surface::Surface;
 
@@ -13,6 +14,11 @@ use crate::surface::Surface;
 /// Surfaces whose faces are oriented in opposite ways are pi apart.
 #[must_use]
 pub fn normal_deviation(a: &Surface, b: &Surface, samples: usize, seed: u64) -> f64 {
+    if let Some(frame) = Frame::of(a.bounding_box(), b.bounding_box())
+        && let (Some(a), Some(b)) = (a.placed(frame), b.placed(frame))
+    {
+        return normal_deviation(&a, &b, samples, seed);
+    }
     0.5 * (one_sided(a, b, samples, seed) + one_sided(b, a, samples, seed))
 }
 
@@ -23,13 +29,9 @@ fn one_sided(from: &Surface, to: &Surface, samples: usize, seed: u64) -> f64 {
     let angle = |i: usize| {
         let (sample, found) = (samples.get(i)?, closest.get(i)?);
         let [a, b] = [(from, sample.triangle), (to, found.triangle)]
-            .map(|(surface, triangle)| normal(surface.triangle(triangle as usize)));
+            .map(|(surface, triangle)| triangle_normal(surface.triangle(triangle as usize)));
         // Precise for small angles, and zero for a triangle without a normal.
         Some(a.cross(b).length().atan2(a.dot(b)))
     };
     parallel::sum(samples.len(), |i| angle(i).unwrap_or(0.0)) / samples.len() as f64
-}
-
-fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a).normalize_or_zero()
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_core::closest_point::closest_on_triangle;
-use mesh_core::{FaceId, TriMesh, VertexMap, WindingNumbers, parallel};
+use mesh_core::{FaceId, TriMesh, VertexMap, WindingNumbers, parallel, unit_sized};
 
 use crate::surface::{ClosestPoint, Surface, SurfaceError};
 
@@ -115,7 +115,7 @@ impl<'a> SignedDistance<'a> {
         let is_inside = match &self.winding {
             Some(winding) => distance > 0.0 && winding.about(point) != 0,
             // From inside, the offset points along the normal.
-            None => offset.dot(self.pseudonormal(point, face)) > 0.0,
+            None => unit_sized([offset])[0].dot(self.pseudonormal(point, face)) > 0.0,
         };
         if is_inside { -distance } else { distance }
     }
@@ -124,11 +124,12 @@ impl<'a> SignedDistance<'a> {
     fn pseudonormal(&self, point: DVec3, face: FaceId) -> DVec3 {
         let topology = self.mesh.topology();
         let sides = topology.face_half_edges(face);
-        let triangle = self.mesh.triangle(face);
-        let touch = closest_on_triangle(point, &triangle);
-        let normal = self.mesh.face_cross(face);
+        let [a, b, c] = self.mesh.triangle(face);
+        let [a, b, c, point] = unit_sized([a, b, c, point]);
+        let touch = closest_on_triangle(point, &[a, b, c]);
+        let normal = (b - a).cross(c - a);
         let size = normal.length_squared();
-        let [a, b, c] = triangle.map(|corner| corner - point - touch);
+        let [a, b, c] = [a, b, c].map(|corner| corner - point - touch);
         // Twice the area over each side, seen from the closest point: zero when it is on the side.
         let over = [a.cross(b), b.cross(c), c.cross(a)].map(|m| m.dot(normal));
         let on_side = over.map(|weight| weight <= ON_FEATURE * size);

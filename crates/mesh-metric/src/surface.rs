@@ -19,6 +19,8 @@ pub struct Surface {
     faces: Vec<FaceId>,
     bounding_box: BoundingBox,
     bvh: Bvh,
+    /// The same surface at unit size, if products of its coordinates are no numbers. It answers all queries.
+    at_unit_size: Option<Box<(Frame, Self)>>,
 }
 
 /// Why a surface cannot be made.
@@ -76,6 +78,15 @@ pub struct ClosestPoint {
     pub face: FaceId,
     /// The index of that face's triangle in [`Surface::triangles`].
     pub triangle: u32,
+}
+
+impl ClosestPoint {
+    /// The answer for a point, from the answer in a frame.
+    fn restored(self, frame: Frame, point: DVec3) -> Self {
+        let offset = frame.original_vector(self.offset);
+        let distance = frame.original_length(self.distance);
+        Self { point: point + offset, offset, distance, ..self }
+    }
 }
 
 impl Surface {
@@ -141,7 +152,10 @@ impl Surface {
             || Bvh::new(corners, triangles.len()),
             || bounding_box(&positions, &triangles),
         );
-        Ok(Self { positions, triangles, faces, bounding_box, bvh })
+        let mut surface =
+            Self { positions, triangles, faces, bounding_box, bvh, at_unit_size: None };
+        surface.at_unit_size = surface.scaled();
+        Ok(surface)
     }
 
     /// The number of triangles, at least one.
@@ -197,12 +211,18 @@ impl Surface {
     /// distance from a non-finite point is NaN.
     #[must_use]
     pub fn closest(&self, point: DVec3) -> ClosestPoint {
+        if let Some((frame, scaled)) = self.at_unit_size.as_deref() {
+            return scaled.closest(frame.point(point)).restored(*frame, point);
+        }
         self.answer(point, self.nearest(point, 0))
     }
 
     /// The distance from `point` to the surface, never negative.
     #[must_use]
     pub fn distance(&self, point: DVec3) -> f64 {
+        if let Some((frame, scaled)) = self.at_unit_size.as_deref() {
+            return frame.original_length(scaled.distance(frame.point(point)));
+        }
         self.nearest(point, 0).squared.sqrt()
     }
 
@@ -223,8 +243,7 @@ impl Surface {
         if let Some(frame) = Frame::of(self.bounding_box(), self.bounding_box())
             && let Some(placed) = self.placed(frame)
         {
-            let points: Vec<DVec3> = points.iter().map(|&point| frame.point(point)).collect();
-            let found = placed.distances_until(&points, stops)?;
+            let found = placed.distances_until(&frame.points(points), stops)?;
             return Some(found.into_iter().map(|d| frame.original_length(d)).collect());
         }
         let distances = parallel::concat_blocks(points.len(), |range| {
@@ -242,6 +261,9 @@ impl Surface {
     /// counts as farther.
     #[must_use]
     pub fn are_within(&self, points: &[DVec3], distance: f64) -> bool {
+        if let Some((frame, scaled)) = self.at_unit_size.as_deref() {
+            return scaled.are_within(&frame.points(points), frame.length(distance));
+        }
         // Keeps the sign; nothing is within NaN.
         let distance = distance.max(-1.0);
         let squared = distance * distance.abs();
@@ -256,6 +278,10 @@ impl Surface {
     /// if consecutive points are close together.
     #[must_use]
     pub fn closest_points(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
+        if let Some((frame, scaled)) = self.at_unit_size.as_deref() {
+            let found = scaled.closest_points(&frame.points(points)).into_iter();
+            return points.iter().zip(found).map(|(&p, found)| found.restored(*frame, p)).collect();
+        }
         self.of_each(points, |point, nearest| self.answer(point, nearest))
     }
 
@@ -263,6 +289,10 @@ impl Surface {
     /// ones are close together.
     #[must_use]
     pub fn closest_to_neighbours(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
+        if let Some((frame, scaled)) = self.at_unit_size.as_deref() {
+            let found = scaled.closest_to_neighbours(&frame.points(points)).into_iter();
+            return points.iter().zip(found).map(|(&p, found)| found.restored(*frame, p)).collect();
+        }
         parallel::concat_blocks(points.len(), |range| {
             let points = &points[range];
             let nearest = self.bvh.nearest_to_neighbours(points).into_iter();
@@ -274,6 +304,15 @@ impl Surface {
     /// distances and for consecutive points that are close together. Give one distance per point.
     #[must_use]
     pub fn closer_points(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<ClosestPoint>> {
+        if let Some((frame, scaled)) = self.at_unit_size.as_deref() {
+            let than: Vec<f64> = than.iter().map(|&length| frame.length(length)).collect();
+            let found = scaled.closer_points(&frame.points(points), &than).into_iter();
+            return points
+                .iter()
+                .zip(found)
+                .map(|(&p, found)| Some(found?.restored(*frame, p)))
+                .collect();
+        }
         parallel::concat_blocks(points.len().min(than.len()), |range| {
             let (points, than) = (&points[range.clone()], &than[range]);
             let nearer = self.bvh.nearer_than_each(points, than).into_iter();
@@ -290,7 +329,12 @@ impl Surface {
         distance: f64,
         mut accepts: impl FnMut(usize) -> bool,
     ) -> bool {
-        self.bvh.has_within(point, distance, |slot| accepts(self.bvh.original(slot) as usize))
+        let (point, distance, asked) = match self.at_unit_size.as_deref() {
+            Some((frame, scaled)) => (frame.point(point), frame.length(distance), scaled),
+            None => (point, distance, self),
+        };
+        let bvh = &asked.bvh;
+        bvh.has_within(point, distance, |slot| accepts(bvh.original(slot) as usize))
     }
 
     /// The indices of the triangles in spatial order.
@@ -320,6 +364,7 @@ impl Surface {
         let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
         self.bvh.follow(corners);
         self.bounding_box = bounding_box(positions, triangles);
+        self.at_unit_size = self.scaled();
         Ok(())
     }
 
@@ -341,6 +386,12 @@ impl Surface {
 
     pub(crate) fn nearest_to_each(&self, points: &[DVec3]) -> Vec<Nearest> {
         self.bvh.nearest_to_each(points)
+    }
+
+    /// The surface at unit size, unless it has an ordinary size.
+    fn scaled(&self) -> Option<Box<(Frame, Self)>> {
+        let frame = Frame::of_size(self.bounding_box)?;
+        Some(Box::new((frame, self.placed(frame)?)))
     }
 
     /// The surface in a frame; `None` if a position is not finite there.

@@ -2,9 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
+use mesh_core::{SplitMix64, TriMesh};
 use mesh_metric::{
-    CertifyOptions, CompareOptions, Surface, compare, face_distances, hausdorff_bounds,
-    one_sided_bounds, sampled_hausdorff,
+    CertifyOptions, CompareOptions, SignRule, SignedDistance, Surface, compare, face_distances,
+    hausdorff_bounds, normal_deviation, one_sided_bounds, sampled_hausdorff,
 };
 use mesh_shapes::Sphere;
 
@@ -58,6 +59,74 @@ fn distances_of_points_and_faces_scale_with_the_surfaces() {
     assert!(far.iter().any(|&bits| f64::from_bits(bits) > 1e-3));
     for exponent in [-950, -700, -400, -300, 400, 700, 950] {
         assert_eq!(measure(f64::from(exponent).exp2()), far, "2^{exponent}");
+    }
+}
+
+/// Means, maxima and closest points of scaled surfaces are those of the originals, bit for bit.
+#[test]
+fn samples_and_closest_points_scale_with_the_surfaces() {
+    let measure = |scale: f64| {
+        let [a, b] = [2, 3].map(|level| sphere(level, |p| p * scale));
+        let found = compare(&a, &b, &SAMPLES);
+        let mut all = vec![found.mean(), found.rms(), found.hausdorff()];
+        let points: Vec<DVec3> =
+            a.positions().iter().map(|&p| 1.1 * p + 0.3 * DVec3::X * scale).collect();
+        let than: Vec<f64> = (0..points.len()).map(|i| 0.01 * scale * i as f64).collect();
+        let closer = b.closer_points(&points, &than);
+        let mut near: Vec<_> = b.closest_points(&points);
+        near.extend(b.closest_to_neighbours(&points));
+        near.extend(points.iter().map(|&p| b.closest(p)));
+        near.extend(closer.iter().flatten());
+        for closest in near {
+            all.extend([closest.distance, f64::from(closest.triangle) * scale]);
+            all.extend(closest.point.to_array().into_iter().chain(closest.offset.to_array()));
+        }
+        all.extend(points.iter().map(|&p| b.distance(p)));
+        let decisions: Vec<bool> = (0..40)
+            .map(|i| b.are_within(&points, 0.01 * scale * f64::from(i)))
+            .chain(points.iter().zip(&than).map(|(&p, &d)| b.has_within(p, d, |_| true)))
+            .collect();
+        let angle = normal_deviation(&a, &b, 500, 1);
+        (
+            all.iter().map(|length| (length / scale).to_bits()).collect::<Vec<u64>>(),
+            decisions,
+            angle,
+        )
+    };
+    let unit = measure(1.0);
+    assert!(unit.1.contains(&true) && unit.1.contains(&false) && unit.2 > 0.01);
+    // Offsets along the surface are as small as rounding errors, and must keep their digits.
+    for exponent in [-800, -700, -400, -300, -190, 190, 300, 400, 700, 950] {
+        assert!(measure(f64::from(exponent).exp2()) == unit, "2^{exponent}");
+    }
+}
+
+/// Signs by winding numbers, and by pseudonormals of an open surface.
+#[test]
+fn signed_distances_scale_with_the_surfaces() {
+    for rule in [SignRule::WindingNumber, SignRule::Pseudonormal] {
+        let measure = |scale: f64| {
+            let ball = sphere(2, |p| p * scale);
+            let open = usize::from(rule == SignRule::Pseudonormal);
+            let mesh =
+                TriMesh::from_triangles(ball.positions(), &ball.triangles()[open..]).unwrap();
+            let signed = SignedDistance::negative_inside(&mesh).unwrap();
+            assert_eq!(signed.rule(), rule);
+            let mut random = SplitMix64::new(3);
+            let mut point =
+                || DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
+            let mut points: Vec<DVec3> = (0..300).map(|_| 1.3 * scale * point()).collect();
+            points.extend(ball.positions().iter().map(|&p| 1.25 * p));
+            let one = signed.distance(points[0]);
+            let all = signed.distances(&points);
+            assert_eq!(one, all[0]);
+            all.iter().map(|length| length / scale).collect::<Vec<f64>>()
+        };
+        let unit = measure(1.0);
+        assert!(unit.iter().filter(|&&length| length < 0.0).count() > 50);
+        for exponent in [-950, -700, -400, -300, -190, 190, 300, 400, 700, 950] {
+            assert_eq!(measure(f64::from(exponent).exp2()), unit, "2^{exponent} {rule:?}");
+        }
     }
 }
 
