@@ -4,8 +4,9 @@ use crate::format::Format;
 use crate::lost::Lost;
 use crate::model::{Alpha, Group, ImageData, Material, Model};
 use crate::ply::Textures;
-use crate::single::{are_finite, flattened, is_flattened, rounding};
+use crate::single::{are_finite, flattened, flattened_faces, rounding};
 use Format::{Glb, Gltf, Obj, Off, Ply, Stl};
+use glam::DVec3;
 
 /// The properties of the output that determine what is kept.
 #[derive(Clone, Copy)]
@@ -35,7 +36,9 @@ pub(crate) fn losses(model: &Model, target: Target) -> Vec<Lost> {
     let kinds = kinds.filter(|kind| kind.count > 0 && !kind.keepers.contains(&format));
     let by_format = kinds
         .map(|Kind { what, count, keepers }| Lost::by_format(what, Some(count), format, keepers));
-    let flattened = if target.is_single { flattened(flattened_faces(model), format) } else { None };
+    let is_rounded = target.is_single && rounding(model.soup.positions()) > 0.0;
+    let flattened =
+        is_rounded.then(|| flattened(flattened_faces(&model.soup, DVec3::ZERO), format)).flatten();
     by_format.chain(special(model, target)).chain(flattened).collect()
 }
 
@@ -80,21 +83,6 @@ fn kinds(model: &Model, format: Format) -> Vec<Kind> {
         named("vertex", &model.vertex_scalars, &[Ply, Gltf, Glb]),
         named("face", &model.face_scalars, &[Ply]),
     ]
-}
-
-/// The number of faces whose area is lost when coordinates are rounded to 32 bits.
-fn flattened_faces(model: &Model) -> u64 {
-    let positions = model.soup.positions();
-    if rounding(positions) == 0.0 {
-        return 0;
-    }
-    let mut corners = Vec::new();
-    let is_flat = |face: &&[u32]| {
-        corners.clear();
-        corners.extend(face.iter().filter_map(|&vertex| positions.get(vertex as usize)));
-        is_flattened(&corners)
-    };
-    model.soup.faces().filter(is_flat).count() as u64
 }
 
 /// Content that depends on values, or on more than the format.

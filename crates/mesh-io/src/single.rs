@@ -4,6 +4,8 @@ use crate::error::WriteError;
 use crate::format::Format;
 use crate::lost::Lost;
 use glam::DVec3;
+use mesh_core::PolygonSoup;
+use mesh_core::build::has_zero_area;
 
 /// The largest error of a coordinate when stored in 32 bits.
 pub(crate) fn rounding(positions: &[DVec3]) -> f64 {
@@ -14,25 +16,38 @@ pub(crate) fn rounding(positions: &[DVec3]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Whether a face has an area, and has none when its coordinates are stored in 32 bits.
-pub(crate) fn is_flattened(corners: &[DVec3]) -> bool {
-    let has_area = |at: fn(DVec3) -> DVec3| {
+/// Whether a face has an area, and has none when its coordinates, less an offset, are stored in 32 bits.
+pub(crate) fn is_flattened(corners: &[DVec3], offset: DVec3) -> bool {
+    let has_area = |at: &dyn Fn(DVec3) -> DVec3| {
         let [first, ref others @ ..] = *corners else { return false };
-        let cross = |pair: &[DVec3]| match *pair {
-            [a, b] => (at(a) - at(first)).cross(at(b) - at(first)),
-            _ => DVec3::ZERO,
-        };
-        others.windows(2).any(|pair| cross(pair) != DVec3::ZERO)
+        others.windows(2).any(|pair| match *pair {
+            [a, b] => !has_zero_area([first, a, b].map(at)),
+            _ => false,
+        })
     };
-    has_area(|p| p) && !has_area(|p| p.as_vec3().as_dvec3())
+    has_area(&|p| p) && !has_area(&|p| (p - offset).as_vec3().as_dvec3())
+}
+
+/// The number of faces whose area is lost when their coordinates, less an offset, are stored in 32 bits.
+pub(crate) fn flattened_faces(soup: &PolygonSoup, offset: DVec3) -> u64 {
+    let mut corners = Vec::new();
+    let is_flat = |face: &&[u32]| {
+        corners.clear();
+        corners.extend(face.iter().filter_map(|&vertex| soup.positions().get(vertex as usize)));
+        is_flattened(&corners, offset)
+    };
+    soup.faces().filter(is_flat).count() as u64
 }
 
 /// Names the faces that lose their area, if there are any.
 pub(crate) fn flattened(count: u64, format: Format) -> Option<Lost> {
-    let others = if format == Format::Stl { "PLY, OBJ or OFF" } else { "double precision" };
+    let others = match format {
+        Format::Stl | Format::Gltf | Format::Glb => "PLY, OBJ or OFF",
+        Format::Obj | Format::Ply | Format::Off => "double precision",
+    };
     let why = format!(
-        "coordinates are rounded to single precision, which is too coarse for faces of this size so far \
-         from the origin; {others} keeps them"
+        "coordinates are rounded to single precision, which is too coarse for faces of this size at this \
+         place; {others} keeps them"
     );
     (count > 0).then(|| Lost::some("the area of faces", count, why))
 }

@@ -4,6 +4,7 @@
 use crate::format::Format;
 use crate::model::Model;
 use glam::DVec3;
+use mesh_core::unit_sized_points;
 use std::borrow::Cow;
 
 /// The model with normals instead of smoothing groups, if the format has normals that can express them. A model with
@@ -48,12 +49,13 @@ pub(crate) fn with_normals(model: Cow<'_, Model>, format: Format) -> Cow<'_, Mod
 /// group at the vertex, weighted by their angles there.
 fn corner_normals(model: &Model, groups: &[u32]) -> Vec<[f32; 3]> {
     let soup = &model.soup;
+    let (positions, _) = unit_sized_points(soup.positions());
     let mut normals = vec![DVec3::ZERO; soup.corners().len()];
     // The vertex, the group and the index of every corner of a group.
     let mut members: Vec<(u32, u32, usize)> = Vec::new();
     for (face, &group) in groups.iter().enumerate().take(soup.face_count()) {
         let vertices = soup.face(face);
-        let corners: Vec<DVec3> = vertices.iter().map(|&v| soup.positions()[v as usize]).collect();
+        let corners: Vec<DVec3> = vertices.iter().map(|&v| positions[v as usize]).collect();
         let of_face = face_normal(&corners);
         for (place, corner) in soup.corner_range(face).enumerate() {
             if group == 0 {

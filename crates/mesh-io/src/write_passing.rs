@@ -120,7 +120,7 @@ impl<'w> Passer<'w> {
     /// # Errors
     /// The file cannot be written.
     pub fn face(&mut self, vertices: &[u64], corners: &[DVec3]) -> std::io::Result<()> {
-        if self.single && self.rounding > 0.0 && is_flattened(corners) {
+        if self.single && self.rounding > 0.0 && is_flattened(corners, DVec3::ZERO) {
             self.flattened += 1;
         }
         match &mut self.writer {

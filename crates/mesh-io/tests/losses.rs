@@ -642,3 +642,24 @@ fn places_in_a_colour_map_are_labels() {
     assert!(model.face_scalars[0].is_label);
     assert!(model.notes.iter().any(|note| note.contains("colour map")), "{:?}", model.notes);
 }
+
+/// Coordinates below the range of single precision become zero. The faces are counted in every format that rounds.
+#[test]
+fn faces_that_are_too_small_for_single_precision_are_counted() {
+    let single = WriteOptions { precision: Precision::Single, ..WriteOptions::default() };
+    for exponent in [-900, -300, -170, -160, -100] {
+        let mut soup = PolygonSoup::new();
+        for corner in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.7, 0.6, 0.3]] {
+            soup.push_vertex(DVec3::from(corner) * f64::from(exponent).exp2());
+        }
+        soup.push_face(&[0, 1, 2]).unwrap();
+        soup.push_face(&[0, 1, 3]).unwrap();
+        let model = Model::from(soup);
+        for format in [Format::Stl, Format::Ply, Format::Glb, Format::Gltf] {
+            let (_, lost) = written_with(&model, format, &single);
+            let named = lost.iter().find(|lost| lost.what == "the area of faces");
+            let expected = (exponent < -149).then_some(2);
+            assert_eq!(named.and_then(|lost| lost.count), expected, "{format} 2^{exponent}");
+        }
+    }
+}

@@ -9,7 +9,7 @@ use crate::format::Format;
 use crate::lost::Lost;
 use crate::model::Model;
 use crate::scalars::{ScalarType, ScalarValues};
-use crate::single::{are_finite, finite_or};
+use crate::single::{are_finite, finite_or, flattened, flattened_faces};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::io::Write;
@@ -165,6 +165,10 @@ impl<'m> Level<'m> {
             self.rounding = self.rounding.max(error);
             let [low, high] = self.bounds;
             self.bounds = [low.min(stored), high.max(stored)];
+        }
+        if self.rounding > 0.0 {
+            let count = flattened_faces(&self.model.soup, self.offset);
+            self.lost.extend(flattened(count, format));
         }
         Ok(())
     }
