@@ -5,7 +5,9 @@
 //! the closest point in its chart, and all other data at the closest point of the surface.
 
 use glam::{DVec3, Vec3};
-use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, VertexMap, as_u32};
+use mesh_core::{
+    EdgeMap, HalfEdgeId, HalfEdgeMap, TriMesh, UnitScale, VertexId, VertexMap, as_u32,
+};
 use mesh_io::{Blend, Model, ModelError};
 use simplify::{
     AttributeOptions, CornerAttributes, CornerSource, Options, SimplifyError, Target,
@@ -288,7 +290,7 @@ fn is_flat_shaded(mesh: &TriMesh, seams: &Seams, normals: &[[f32; 3]]) -> bool {
     let same = |a, b| normal(a).abs_diff_eq(normal(b), SAME_NORMAL);
     let is_uniform = |&f: &_| {
         let [a, b, c] = topology.face_half_edges(f);
-        let own = mesh.face_cross(f).normalize_or_zero();
+        let own = mesh.face_normal(f);
         let is_own = |h| normal(h).as_dvec3().normalize_or_zero().dot(own) > OF_FACE;
         (same(a, b) && same(b, c)) || [a, b, c].into_iter().all(is_own)
     };
@@ -342,6 +344,11 @@ fn corner_attributes(
 
 /// Model units per texture unit: the square root of the ratio of surface area to texture area.
 fn texture_scale(mesh: &TriMesh, seams: &Seams, uvs: &[[f32; 2]]) -> f64 {
+    if let Ok(Some(scale)) = UnitScale::of(mesh)
+        && let Ok(scaled) = scale.mesh(mesh)
+    {
+        return scale.original_length(texture_scale(&scaled, seams, uvs));
+    }
     let topology = mesh.topology();
     let area = |face| {
         let corners = topology.face_half_edges(face).map(|h| uvs[seams.corner(h)].map(f64::from));

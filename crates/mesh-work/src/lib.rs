@@ -39,6 +39,7 @@ pub use patches::{
     PatchMesh, PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model,
 };
 pub use policy::Choices;
+pub use printing::TooFarToSeparate;
 pub use quantity::{Integrals, Quantity, UnknownQuantity, legend_title};
 pub use scene::{
     DeformedError, MeshOfLevel, MeshOfScene, RepairedScene, SceneBudget, SceneError, SceneLevel,

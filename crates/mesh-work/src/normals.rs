@@ -1,12 +1,18 @@
 //! Normals of a simplified mesh: the normals of the file where they still fit.
 
 use glam::DVec3;
-use mesh_core::{HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, angle_between};
+use mesh_core::{HalfEdgeId, HalfEdgeMap, TriMesh, UnitScale, VertexId, angle_between};
 
 /// Replaces normals that differ by more than `crease` from the surface, as on the wrong side of a crease. The new
 /// normal is the mean over the faces around the vertex that are not across an edge sharper than `crease`. `normals` are
 /// by face and corner.
 pub(crate) fn settle_normals(normals: &mut [[[f32; 3]; 3]], mesh: &TriMesh, crease: f64) {
+    // Sums of areas are no numbers at every size.
+    if let Ok(Some(scale)) = UnitScale::of(mesh)
+        && let Ok(scaled) = scale.mesh(mesh)
+    {
+        return settle_normals(normals, &scaled, crease);
+    }
     let topology = mesh.topology();
     let mut smooth = topology.half_edge_map(DVec3::ZERO);
     for v in topology.vertices() {

@@ -3,13 +3,28 @@
 use std::collections::HashMap;
 
 use mesh_core::measure::Facing;
-use mesh_core::{FaceId, MeshError, TriMesh, VertexId, as_u32};
+use mesh_core::{FaceId, MeshError, TriMesh, VertexId, as_u32, unit_sized_points};
 
 use crate::loaded::Loaded;
 
 /// Parts that touch are separated by this share of the diagonal of the bounding box, or slightly more if single
 /// precision is coarser.
 const SEPARATION: f64 = 1e-6;
+/// The largest share.
+const LARGEST_STEP: f64 = 1e-2;
+
+/// Touching parts cannot be separated in single precision without a change of the shape.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{count} vertices have equal positions in single precision, which formats of 3D printing have; with coordinates up to {largest:e}, it cannot keep them apart; move the mesh to the origin"
+)]
+#[non_exhaustive]
+pub struct TooFarToSeparate {
+    /// The number of vertices.
+    pub count: usize,
+    /// The largest coordinate.
+    pub largest: f64,
+}
 
 impl Loaded {
     /// Drops connected components whose bounding box has a diagonal below `share` of the diagonal of the whole mesh.
@@ -90,26 +105,33 @@ impl Loaded {
     /// Separates vertices at the same position, by a small step of each against its normal. Where parts touch, readers
     /// that join vertices by position, like STL readers, would otherwise join the parts at edges of four faces.
     /// Positions count as equal if they are equal in single precision. Returns the number of moved vertices.
-    pub fn separate_touching(&mut self) -> usize {
-        let Some(bounds) = self.mesh.bounding_box() else { return 0 };
+    ///
+    /// # Errors
+    /// The mesh is so far from the origin that the step would be more than 1 % of its diagonal.
+    pub fn separate_touching(&mut self) -> Result<usize, TooFarToSeparate> {
+        let Some(bounds) = self.mesh.bounding_box() else { return Ok(0) };
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
         let step = (SEPARATION * bounds.diagonal()).max(8.0 * f64::from(f32::EPSILON) * largest);
-        // Adding zero turns -0.0 into 0.0.
-        let key =
-            |v: VertexId| self.mesh.position(v).to_array().map(|x| (x as f32 + 0.0).to_bits());
+        // In single precision at the size of the mesh, or at unit size. Adding zero turns -0.0 into 0.0.
+        let (places, _) = unit_sized_points(self.mesh.positions());
+        let key = |v: VertexId| places[v.index()].to_array().map(|x| (x as f32 + 0.0).to_bits());
         let mut count_at: HashMap<[u32; 3], usize> = HashMap::new();
         for v in self.mesh.topology().vertices() {
             *count_at.entry(key(v)).or_default() += 1;
         }
         let touching: Vec<VertexId> =
             self.mesh.topology().vertices().filter(|&v| count_at[&key(v)] > 1).collect();
+        if !touching.is_empty() && step > LARGEST_STEP * bounds.diagonal() {
+            return Err(TooFarToSeparate { count: touching.len(), largest });
+        }
         let moved: Vec<_> = touching
             .iter()
             .map(|&v| self.mesh.position(v) - step * self.mesh.vertex_normal(v))
             .collect();
+        drop(places);
         for (&v, position) in touching.iter().zip(moved) {
             self.mesh.positions_mut()[v.index()] = position;
         }
-        touching.len()
+        Ok(touching.len())
     }
 }

@@ -4,7 +4,9 @@ use glam::DVec3;
 use mesh_core::butterfly::ButterflyOptions;
 use mesh_core::diagnose::is_sliver;
 use mesh_core::subdivide_1_to_4::{SubdivisionMap, VertexOrigin};
-use mesh_core::{FaceId, HalfEdgeId, MeshError, Topology, TopologyError, TriMesh, as_u32};
+use mesh_core::{
+    FaceId, HalfEdgeId, MeshError, Topology, TopologyError, TriMesh, as_u32, unit_sized,
+};
 use mesh_io::{Blend, Model, ModelError};
 
 /// Errors of [`subdivide_step`].
@@ -110,8 +112,9 @@ fn straighten(
     count
 }
 
-/// Twice the vector area of a triangle.
-fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
+/// Twice the vector area of a triangle, times a power of two.
+fn cross(corners: [DVec3; 3]) -> DVec3 {
+    let [a, b, c] = unit_sized(corners);
     (b - a).cross(c - a)
 }
 

@@ -3,9 +3,14 @@
 
 use curvpatch::{CoverOptions, CurvatureEstimator, Params, cover};
 use dcurv::JetFitOptions;
-use mesh_core::TriMesh;
+use glam::DVec3;
+use mesh_core::butterfly::ButterflyOptions;
+use mesh_core::{PolygonSoup, Repair, TriMesh};
+use mesh_io::Model;
 use mesh_shapes::{Irregular, Torus};
-use mesh_work::{FaceValues, FrameEstimator, FrameValues, PatchMesh, cover_model};
+use mesh_work::{
+    FaceValues, FrameEstimator, FrameValues, Loaded, PatchMesh, cover_model, subdivide_step,
+};
 
 fn torus(scale: f64) -> TriMesh {
     let soup =
@@ -85,5 +90,68 @@ fn meshes_without_areas_are_refused() {
         assert!(FrameValues::of(&mesh, FrameEstimator::Auto { noise: None }).is_err());
         assert!(FrameValues::of(&mesh, FrameEstimator::Ball { radius: None }).is_err());
         assert!(PatchMesh::new(&mesh).is_err());
+    }
+}
+
+/// Two tetrahedra that touch in a vertex, which has two copies.
+fn touching(place: impl Fn(DVec3) -> DVec3) -> Loaded {
+    let mut soup = PolygonSoup::new();
+    for side in [1.0, -1.0] {
+        let first = soup.vertex_count() as u32;
+        for corner in [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z] {
+            soup.push_vertex(place(side * corner));
+        }
+        for mut face in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] {
+            if side < 0.0 {
+                face.reverse();
+            }
+            soup.push_face(&face.map(|v| v + first)).unwrap();
+        }
+    }
+    Loaded::build(Model::from(soup), &Repair::strict()).unwrap()
+}
+
+/// Beyond the range of single precision all positions would be equal there.
+#[test]
+fn only_parts_that_touch_are_separated_at_any_size() {
+    let measure = |scale: f64| {
+        let mut loaded = touching(|p| p * scale);
+        let moved = loaded.separate_touching().unwrap();
+        (moved, loaded.mesh.positions().iter().map(|&p| p / scale).collect::<Vec<_>>())
+    };
+    let unit = measure(1.0);
+    assert_eq!(unit.0, 2);
+    for exponent in [-990, -400, -120, 120, 400, 990] {
+        assert_eq!(measure(f64::from(exponent).exp2()), unit, "2^{exponent}");
+    }
+}
+
+/// The step that single precision needs grows with the distance from the origin.
+#[test]
+fn parts_are_not_separated_by_a_step_that_changes_the_shape() {
+    for offset in [0.0, 1e3, 1e4, 1e5, 1e6, 1e9] {
+        let mut loaded = touching(|p| p + DVec3::splat(offset));
+        let before = loaded.mesh.positions().to_vec();
+        let found = loaded.separate_touching();
+        assert_eq!(found.is_err(), offset > 3e4, "{offset}");
+        let moves = before.iter().zip(loaded.mesh.positions()).map(|(&p, &q)| p.distance(q));
+        assert!(moves.fold(0.0, f64::max) < 0.05, "{offset}");
+    }
+}
+
+#[test]
+fn subdivided_meshes_scale_with_the_mesh() {
+    let measure = |scale: f64| {
+        let mesh = torus(scale);
+        let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
+        let soup = PolygonSoup::from_triangles(mesh.positions(), &triangles).unwrap();
+        let found =
+            subdivide_step(&mesh, &Model::from(soup), &ButterflyOptions::default()).unwrap();
+        let places = found.mesh.positions().iter().map(|&p| p / scale);
+        (found.straight_edges, places.collect::<Vec<DVec3>>())
+    };
+    let unit = measure(1.0);
+    for exponent in [-990, -700, -400, -120, 120, 400, 700, 990] {
+        assert!(measure(f64::from(exponent).exp2()) == unit, "2^{exponent}");
     }
 }

@@ -290,7 +290,7 @@ fn finish(
     let holes = options.fill_holes.unwrap_or_default();
     let filled = loaded.fill_holes(&holes);
     let turned_components = loaded.turn_outward().map_err(Failure::refused)?;
-    let separated_vertices = loaded.separate_touching();
+    let separated_vertices = loaded.separate_touching().map_err(Failure::refused)?;
     let printing = Printing { dropped_components, turned_components, separated_vertices };
     Ok((Some(filled), Some(printing)))
 }
