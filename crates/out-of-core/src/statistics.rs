@@ -6,12 +6,13 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use mesh_core::build::has_zero_area;
 use mesh_core::diagnose::is_sliver;
 use mesh_core::disjoint_sets::DisjointSets;
 use mesh_core::edge_connectivity::EdgeConnectivity;
 use mesh_core::measure::SoupMeasures;
-use mesh_core::{BoundingBox, Diagnosis, as_u32};
+use mesh_core::{BoundingBox, Diagnosis, as_u32, unit_sized_points};
 
 use crate::disk_mesh::DiskMesh;
 use crate::error::Error;
@@ -40,9 +41,13 @@ impl DiskMesh {
     /// # Errors
     /// A face uses a missing vertex, or the files cannot be read or written.
     pub fn statistics(&self, observer: &mut dyn FnMut(Step) -> bool) -> Result<Statistics, Error> {
+        let bounds = self.bounds();
+        let corners = bounds.map(|bounds| [bounds.min, bounds.max]);
+        let factor = corners.map_or(1.0, |corners| unit_sized_points(&corners).1);
         let mut surveyor = Collector {
             found: Statistics::default(),
-            center: self.bounds().map_or(glam::DVec3::ZERO, |bounds| bounds.center()),
+            center: bounds.map_or(DVec3::ZERO, |bounds| bounds.center() / factor),
+            factor,
             proper: 0,
             used: 0,
             components: Components::new(self.folder.join("components"))?,
@@ -54,6 +59,7 @@ impl DiskMesh {
         self.each_region(PER_FACE, repairs, observer, &mut |region| surveyor.look_at(&region))?;
         let Collector { mut found, proper, used, components, edge_components, boundaries, .. } =
             surveyor;
+        found.measures = found.measures.restored(factor);
         let summary = self.summary();
         let memory = self.memory.stream();
         let diagnosis = &mut found.diagnosis;
@@ -75,7 +81,10 @@ impl DiskMesh {
 /// Collects statistics over regions.
 struct Collector {
     found: Statistics,
-    center: glam::DVec3,
+    /// The centre of the mesh, at unit size.
+    center: DVec3,
+    /// The power of two by which coordinates are divided, so that areas and volumes are numbers.
+    factor: f64,
     /// The number of triangles with three different vertices.
     proper: usize,
     /// The number of vertices that these triangles use.
@@ -101,7 +110,8 @@ impl Collector {
 
     fn measure(&mut self, region: &Region) {
         let measures = &mut self.found.measures;
-        let points = region.positions[..region.own].iter().copied();
+        let place = |&p: &DVec3| p / self.factor;
+        let points = region.positions[..region.own].iter().map(place);
         let bounds = BoundingBox::of_points(points);
         measures.bounds = match (measures.bounds, bounds) {
             (Some(a), Some(b)) => {
@@ -116,7 +126,7 @@ impl Collector {
             } else if is_sliver(corners) {
                 self.found.diagnosis.slivers += 1;
             }
-            let [a, b, c] = corners.map(|corner| corner - self.center);
+            let [a, b, c] = corners.map(|corner| place(&corner) - self.center);
             measures.area += 0.5 * (b - a).cross(c - a).length();
             measures.volume += a.dot(b.cross(c)) / 6.0;
         }

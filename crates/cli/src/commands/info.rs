@@ -221,6 +221,9 @@ fn results(measures: &SoupMeasures, found: &Diagnosis) -> Results {
     }
 }
 
+/// In place of a size that is infinite, or not 0 but less than the smallest number.
+const NO_NUMBER: &str = "too large or too small for a number";
+
 impl fmt::Display for Report<Results> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let found = &self.results;
@@ -267,11 +270,14 @@ impl fmt::Display for Report<Results> {
         if let (Some(min), Some(max)) = (found.bbox_min, found.bbox_max) {
             writeln!(f, "  box          {min:?} to {max:?}")?;
         }
-        if let Some(area) = found.area {
-            write!(f, "  area         {area:?}")?;
+        if found.bbox_min.is_some() {
+            let area = found.area.map_or(NO_NUMBER.to_owned(), |area| format!("{area:?}"));
+            write!(f, "  area         {area}")?;
         }
-        if let Some(volume) = found.volume {
-            write!(f, "\n  volume       {volume:?}")?;
+        match found.volume {
+            Some(volume) => write!(f, "\n  volume       {volume:?}")?,
+            None if found.closed && found.oriented => write!(f, "\n  volume       {NO_NUMBER}")?,
+            None => {}
         }
         if let Some(scene) = &found.scene {
             write!(f, "\n{scene}")?;
