@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DQuat, DVec2, DVec3};
+use mesh_core::unit_sized_points;
 
 /// The axis of the model that points up at first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,6 +83,7 @@ impl Up {
     pub fn of_shape(positions: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
         /// The share of the area over a plane that must be on one side.
         const MOST: f64 = 0.98;
+        let (positions, _) = unit_sized_points(positions);
         let point = |v: u32| positions.get(v as usize).copied().unwrap_or(DVec3::NAN);
         let (mut sum, mut absolute, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -260,7 +262,9 @@ mod tests {
     fn what_stands_on_one_side_only_stands_upright() {
         let table = table();
         for side in Up::ALL {
-            assert_eq!(up(&table, |p| side.turn() * p), Some(side), "{side:?}");
+            for size in [1.0, 1e-300, 1e-100, 1e100, 1e300] {
+                assert_eq!(up(&table, |p| size * (side.turn() * p)), Some(side), "{side:?}");
+            }
             assert!((side.turn() * DVec3::Y - side.axis()).length() < 1e-15);
         }
         // A cube stands on each side.
