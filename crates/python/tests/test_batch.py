@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 import curvmesh as cm
+from curvmesh import _engines
 from curvmesh.batch import InputError, Recipe, RecipeError, Report, Source, Task, gather, run
 from curvmesh.batch import _run as running
 from curvmesh.batch._steps import STEPS
@@ -381,6 +382,18 @@ def test_what_kills_each_worker_is_given_up(
 ) -> None:
     some = str(scans / "scan[3456].ply")
     one_is_lost(lambda: run(some, ["repair"], tmp_path / "out", workers=2, retries=1), monkeypatch)
+
+
+def test_workers_that_dask_gives_up_are_replaced() -> None:
+    """Dask closes a worker that dies while it starts, and starts no other one."""
+    distributed = pytest.importorskip("distributed")
+    with _engines.opened("dask", None, 2, 1, 1):
+        client = distributed.default_client()
+        cluster = client.cluster
+        for name, worker in list(cluster.workers.items()):
+            del cluster.workers[name]
+            cluster.sync(worker.close)
+        client.wait_for_workers(2, timeout=60)
 
 
 @needs_signals

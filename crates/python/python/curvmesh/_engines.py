@@ -258,8 +258,27 @@ def _dask_client(client: Any, workers: int | None, cores: int, retries: int) -> 
         alone = {"allowed-failures": retries, "worker-saturation": 1.0}
         with dask.config.set({f"distributed.scheduler.{name}": value for name, value in alone.items()}):
             cluster = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
-        with cluster, Client(cluster) as connected:
+        with cluster, _staffed(cluster, count), Client(cluster) as connected:
             yield connected
+
+
+@contextmanager
+def _staffed(cluster: Any, count: int) -> Iterator[None]:
+    """Starts new workers where Dask has given up: it does so if a worker dies while it starts."""
+    stopped = threading.Event()
+
+    def staff() -> None:
+        while not stopped.wait(5.0):
+            if len(cluster.workers) < count:
+                cluster.scale(count)
+
+    thread = threading.Thread(target=staff, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        stopped.set()
+        thread.join()
 
 
 def _dask(jobs: Sequence[J], client: Any, retries: int) -> Outcomes[J]:
