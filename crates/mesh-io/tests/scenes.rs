@@ -509,3 +509,71 @@ fn colours_in_whole_numbers_are_marked_and_mostly_zero_targets_stay_sparse() {
     let target = accessor(&arm["targets"][0]["POSITION"]);
     assert!(target.get("sparse").is_some() && target.get("bufferView").is_none(), "{target}");
 }
+
+#[test]
+fn extensions_that_vertices_do_not_affect_may_be_required() {
+    let mut builder = rich();
+    builder.json["nodes"][0]["extensions"] = json!({ "KHR_node_visibility": { "visible": false } });
+    builder.json["extensionsRequired"] = json!(["KHR_node_visibility", "KHR_animation_pointer"]);
+    let file = builder.clone().glb();
+    let before = scene(&file);
+    let new = same(0, before.mesh(0).unwrap().unwrap());
+    let (after, lost) = before.replaced(&[new]).unwrap();
+    assert_eq!(lost, []);
+    for list in ["extensionsRequired", "nodes"] {
+        assert_eq!(after.json()[list], builder.json[list]);
+    }
+    // One mesh of the whole scene would show what is hidden.
+    let error = read_from(&mut &file[..], &ReadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("KHR_node_visibility"), "{error}");
+    // An unknown extension can mean anything.
+    builder.json["extensionsRequired"] = json!(["ACME_story"]);
+    let error = scene(&builder.glb()).mesh(0).unwrap_err();
+    assert!(error.to_string().contains("ACME_story"), "{error}");
+}
+
+#[test]
+fn images_in_addresses_become_views_of_a_binary_file() {
+    let picture = b"\x89PNG\r\n\x1a\nno more than its beginning";
+    let uri = |media_type: &str| format!("data:{media_type};base64,{}", STANDARD.encode(picture));
+    let mut builder = rich();
+    for image in [
+        json!({ "name": "a", "uri": uri("image/png") }),
+        json!({ "uri": uri("application/octet-stream"), "extras": 7 }),
+        json!({ "uri": uri("image/jpeg"), "mimeType": "image/jpeg" }),
+        json!({ "uri": "apart.png" }),
+    ] {
+        builder.push("images", image);
+    }
+    let file = builder.glb();
+    let read = scene(&file);
+    let (old, old_bytes) = content(&file);
+    let (new, new_bytes) = content(&written(&read, Format::Glb));
+    assert!(new_bytes[0].starts_with(&old_bytes[0]));
+    // The binary chunk is padded.
+    let length = new["buffers"][0]["byteLength"].as_u64().unwrap() as usize;
+    assert_eq!(length.next_multiple_of(4), new_bytes[0].len());
+    let changing = ["images", "bufferViews", "buffers"];
+    assert_eq!(without(&old, &changing), without(&new, &changing));
+    let [old_views, views] = [&old, &new].map(|json| json["bufferViews"].as_array().unwrap());
+    assert_eq!(old_views[..], views[..old_views.len()]);
+    let images = &new["images"];
+    for (place, media_type) in ["image/png", "image/png", "image/jpeg"].iter().enumerate() {
+        let view = &views[images[place]["bufferView"].as_u64().unwrap() as usize];
+        let start = view["byteOffset"].as_u64().unwrap() as usize;
+        assert_eq!(view["byteLength"], picture.len());
+        assert_eq!(new_bytes[0][start..start + picture.len()], picture[..]);
+        assert_eq!(images[place]["mimeType"], *media_type);
+        assert!(images[place].get("uri").is_none());
+    }
+    assert_eq!((&images[0]["name"], &images[1]["extras"]), (&json!("a"), &json!(7)));
+    assert_eq!(images[3], json!({ "uri": "apart.png" }));
+    // A text file keeps the addresses, and a scene without buffers gets one.
+    assert_eq!(content(&written(&read, Format::Gltf)).0["images"], old["images"]);
+    let alone = json!({ "asset": { "version": "2.0" }, "images": [{ "uri": uri("image/png") }] });
+    let options = ReadOptions { allow_empty: true, ..ReadOptions::default() };
+    let alone = Scene::read_from(&mut &serde_json::to_vec(&alone).unwrap()[..], &options).unwrap();
+    let (json, buffers) = content(&written(&alone, Format::Glb));
+    assert_eq!(json["images"][0]["bufferView"], 0);
+    assert_eq!(buffers[0][..picture.len()], picture[..]);
+}

@@ -1,19 +1,21 @@
 //! Writing a scene.
 
-use super::document::{Scene, list_mut};
+use super::document::{Scene, list_mut, push_all};
 use super::extensions::unknown;
 use super::references::{MESHOPT, each_range};
 use crate::atomic;
 use crate::error::WriteError;
 use crate::format::Format;
+use crate::gltf::container::data_uri;
 use crate::gltf::material::plain_name;
 use crate::gltf::write::{write_glb_buffer_head, write_glb_head};
 use crate::lost::Lost;
+use crate::picture_format::PictureFormat;
 use crate::write::{Staged, check_is_none_of, format_of};
 use crate::write_options::{Compression, WriteOptions, WriteReport};
 use base64::engine::general_purpose::STANDARD;
 use base64::write::EncoderWriter;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
@@ -89,13 +91,16 @@ impl Scene {
         }
         self.check_finite(format)?;
         let mut lost = Vec::new();
-        let (mut json, buffers) = self.joined(&mut lost);
+        let (mut json, mut buffers) = self.joined(&mut lost);
         match format {
             Format::Gltf => {
                 embed(&mut json, &buffers, 0)?;
                 serde_json::to_writer(&mut *writer, &json).map_err(std::io::Error::from)?;
             }
             _ => {
+                if has_data_images(&json) {
+                    images_to_views(&mut json, &mut buffers);
+                }
                 let has_binary = buffers.first().is_some_and(|buffer| !buffer.is_empty());
                 embed(&mut json, &buffers, usize::from(has_binary))?;
                 let binary = buffers.first().filter(|_| has_binary).map(Cow::as_ref);
@@ -198,6 +203,56 @@ impl Joined {
         if start > 0 {
             range.insert("byteOffset".to_owned(), offset.saturating_add(start as u64).into());
         }
+    }
+}
+
+fn has_data_images(json: &Value) -> bool {
+    let images = json.get("images").and_then(Value::as_array).into_iter().flatten();
+    let mut uris = images.filter_map(|image| image.get("uri").and_then(Value::as_str));
+    uris.any(|uri| uri.starts_with("data:"))
+}
+
+/// Moves images from data URIs to the first buffer, which becomes the binary chunk. No index changes.
+fn images_to_views(json: &mut Value, buffers: &mut Vec<Cow<'_, [u8]>>) {
+    // Readers need not load a buffer that stands for compressed data.
+    let first = list_mut(json, "buffers").first();
+    if first.is_some_and(|buffer| buffer.get("extensions").is_some()) {
+        return;
+    }
+    let mut bytes = match buffers.first_mut() {
+        // An empty buffer stands for a file of its own, or for data that other buffers hold compressed.
+        Some(first) if first.is_empty() => return,
+        Some(first) => std::mem::take(first).into_owned(),
+        None => Vec::new(),
+    };
+    let first_view = list_mut(json, "bufferViews").len();
+    let mut views = Vec::new();
+    for image in list_mut(json, "images").iter_mut().filter_map(Value::as_object_mut) {
+        let uri = image.get("uri").and_then(Value::as_str);
+        let Some((media_type, Ok(data))) = uri.and_then(data_uri) else { continue };
+        if data.is_empty() {
+            continue;
+        }
+        let known = PictureFormat::of(&data).map(|format| format.media_type().to_owned());
+        bytes.resize(bytes.len().next_multiple_of(ALIGNMENT), 0);
+        views.push(json!({ "buffer": 0, "byteOffset": bytes.len(), "byteLength": data.len() }));
+        bytes.extend(data);
+        image.remove("uri");
+        image.insert("bufferView".to_owned(), (first_view + views.len() - 1).into());
+        image.entry("mimeType").or_insert_with(|| known.unwrap_or(media_type).into());
+    }
+    if !views.is_empty() {
+        if buffers.is_empty() {
+            buffers.push(Cow::default());
+            push_all(json, "buffers", [json!({})]);
+        }
+        push_all(json, "bufferViews", views);
+        if let Some(buffer) = list_mut(json, "buffers").first_mut().and_then(Value::as_object_mut) {
+            buffer.insert("byteLength".to_owned(), bytes.len().into());
+        }
+    }
+    if let Some(first) = buffers.first_mut() {
+        *first = bytes.into();
     }
 }
 
