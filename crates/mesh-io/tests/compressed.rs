@@ -340,3 +340,18 @@ fn damaged_draco_data_are_errors() {
     let error = model(&glb(&json, &binary)).unwrap_err();
     assert!(matches!(error.kind, ReadErrorKind::Memory { .. }), "{error}");
 }
+
+#[test]
+fn attributes_that_draco_data_do_not_contain_are_zero_without_data() {
+    let (mut json, binary) = parts(DRACO);
+    let count = json["accessors"][1]["count"].clone();
+    let accessors = json["accessors"].as_array_mut().unwrap();
+    accessors.push(json!({ "componentType": 5126, "count": count, "type": "SCALAR" }));
+    json["meshes"][0]["primitives"][0]["attributes"]["_HEAT"] = (accessors.len() - 1).into();
+    let file = glb(&json, &binary);
+    assert_eq!(triangles(&model(&file).unwrap()), triangles(&model(DRACO).unwrap()));
+    let mesh = scene(&file).unwrap().mesh(0).unwrap().unwrap();
+    let heat = mesh.primitives[0].attributes.iter().find(|data| data.name == "_HEAT").unwrap();
+    assert_eq!(heat.count() as u64, count.as_u64().unwrap());
+    assert!(heat.bytes.iter().all(|&byte| byte == 0));
+}

@@ -334,7 +334,7 @@ impl Planner<'_> {
     ) -> Result<(usize, bool), ReadErrorKind> {
         let path = format!("{path}.attributes.{name}");
         let values = self.document.values(accessor, &path, widths)?;
-        not_draco(primitive, &values, &path)?;
+        not_draco(primitive, name, &values, &path)?;
         match count {
             Some(count) if values.count() != count => {
                 let found = values.count().to_string();
@@ -403,7 +403,7 @@ impl Planner<'_> {
         let Some(accessor) = primitive.indices else { return Ok(vertices) };
         let path = format!("{path}.indices");
         let values = self.document.values(accessor, &path, 1..=1)?;
-        not_draco(primitive, &values, &path)?;
+        not_draco(primitive, INDICES, &values, &path)?;
         Ok(values.count() as u64)
     }
 
@@ -454,13 +454,20 @@ impl Planner<'_> {
 pub(crate) const UNDRACO: &str =
     "remove the compression, for example with `gltf-transform copy IN OUT`";
 
-/// Rejects values that exist only in compressed data.
+/// The indices, which every compressed primitive contains.
+const INDICES: &str = "indices";
+
+/// Rejects values that exist only in compressed data. Values that these do not contain either are zero.
 pub(crate) fn not_draco(
     primitive: &Primitive,
+    name: &str,
     values: &Values<'_>,
     path: &str,
 ) -> Result<(), ReadErrorKind> {
-    if primitive.extensions.draco.is_none() || !values.is_nothing() {
+    let draco = primitive.extensions.draco.as_deref();
+    let is_compressed =
+        draco.is_some_and(|draco| name == INDICES || draco.attributes.get(name).is_some());
+    if !is_compressed || !values.is_nothing() {
         return Ok(());
     }
     Err(ReadErrorKind::Unsupported {

@@ -36,7 +36,7 @@ pub(super) fn load(
     input.spend(document_bytes(&json), || at("the document"))?;
     let root = parse(&json)?;
     drop(json);
-    check_extensions(&root)?;
+    check_extensions(&root, is_harmless)?;
     let buffers = container::buffers(&root, binary, files, input)?;
     unpacked(root, buffers, input)
 }
@@ -77,7 +77,7 @@ pub(super) fn read_root(
     notes: Notes,
     input: &mut Input<'_>,
 ) -> Result<Model, ReadErrorKind> {
-    check_extensions(&root)?;
+    check_extensions(&root, is_harmless)?;
     let document = unpacked(root, buffers, input)?;
     read_document(&document, notes, input)
 }
@@ -113,8 +113,8 @@ pub(crate) fn read_mesh(
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// Extensions that affect only the appearance, or that are read here.
-pub(crate) fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
+/// Whether an extension affects only the appearance, or is read here.
+fn is_harmless(name: &str) -> bool {
     const HARMLESS: [&str; 8] = [
         "KHR_mesh_quantization",
         "KHR_texture_transform",
@@ -125,13 +125,18 @@ pub(crate) fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
         "EXT_meshopt_compression",
         "KHR_meshopt_compression",
     ];
+    name.starts_with("KHR_materials_") || HARMLESS.contains(&name)
+}
+
+/// Rejects a document that requires an extension that is not allowed.
+pub(crate) fn check_extensions(
+    root: &Root,
+    is_allowed: impl Fn(&str) -> bool,
+) -> Result<(), ReadErrorKind> {
     let required = root.extensions_required.iter().enumerate();
-    let harmless = |name: &str| {
-        name.starts_with("KHR_materials_")
-            || HARMLESS.contains(&name)
-            || cfg!(feature = "draco") && name == DRACO
-    };
-    match required.into_iter().find(|(_, name)| !harmless(name)) {
+    let is_read =
+        |name: &str| if name == DRACO { cfg!(feature = "draco") } else { is_allowed(name) };
+    match required.into_iter().find(|(_, name)| !is_read(name)) {
         None => Ok(()),
         Some((index, name)) => Err(ReadErrorKind::Unsupported {
             at: at(&format!("extensionsRequired[{index}]")),

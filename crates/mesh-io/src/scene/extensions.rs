@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 /// Extensions that hold no indices of accessors, views or buffers besides the [known
 /// places](super::references), and none of vertices or triangles.
-const KNOWN: [&str; 19] = [
+const KNOWN: [&str; 21] = [
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "KHR_texture_basisu",
@@ -15,6 +15,8 @@ const KNOWN: [&str; 19] = [
     "KHR_xmp_json_ld",
     "KHR_xmp",
     "KHR_node_visibility",
+    "KHR_node_selectability",
+    "KHR_node_hoverability",
     "KHR_animation_pointer",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -30,7 +32,8 @@ const KNOWN: [&str; 19] = [
 /// Extensions that hold indices of views, and none of vertices or triangles.
 const WITHOUT_VERTICES: [&str; 1] = ["EXT_structural_metadata"];
 
-fn is_known(name: &str) -> bool {
+/// Whether an extension is one of these, so that other triangles and vertices do not affect it.
+pub(super) fn is_known(name: &str) -> bool {
     name.starts_with("KHR_materials_") || KNOWN.contains(&name)
 }
 

@@ -3,6 +3,7 @@
 use mesh_core::as_u32;
 
 use super::document::Scene;
+use super::extensions::is_known;
 use super::vertex_data::VertexData;
 use crate::color_range::to_unit_range;
 use crate::error::{ReadError, ReadErrorKind};
@@ -64,7 +65,7 @@ impl Scene {
 
     fn read_meshes(&self, meshes: &[usize]) -> Result<Vec<Option<SceneMesh>>, ReadErrorKind> {
         let document = &*self.document;
-        check_extensions(&document.root)?;
+        check_extensions(&document.root, is_known)?;
         let textures: Vec<_> = document.root.materials.iter().map(base_texture).collect();
         let plans: Vec<(u32, Plan)> = meshes
             .iter()
@@ -75,14 +76,18 @@ impl Scene {
                 Ok((mesh, Plan::of_mesh(document, &textures, mesh, notes)?))
             })
             .collect::<Result<_, ReadErrorKind>>()?;
-        let mut needed = 0_u64;
+        // The error has the amount for all of them, so that a run with this limit succeeds.
+        let (mut needed, mut first_beyond) = (0_u64, None);
         for (mesh, plan) in &plans {
             needed = needed.saturating_add(plan.bytes());
             needed = needed.saturating_add(data_bytes(document, *mesh)?);
             if needed > self.memory {
-                let at = at(&format!("meshes[{mesh}]"));
-                return Err(ReadErrorKind::Memory { at, needed, limit: self.memory });
+                first_beyond.get_or_insert(*mesh);
             }
+        }
+        if let Some(mesh) = first_beyond {
+            let at = at(&format!("meshes[{mesh}]"));
+            return Err(ReadErrorKind::Memory { at, needed, limit: self.memory });
         }
         plans.iter().map(|(mesh, plan)| self.read_planned(*mesh, plan)).collect()
     }
@@ -167,7 +172,7 @@ fn data(
         });
     }
     let values = document.values(accessor, &path, 1..=16)?;
-    not_draco(primitive, &values, &path)?;
+    not_draco(primitive, name, &values, &path)?;
     if values.count() != count {
         let found = values.count().to_string();
         return Err(ReadErrorKind::malformed(at(&path), format!("{count} values"), found));
