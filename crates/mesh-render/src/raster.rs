@@ -306,25 +306,20 @@ fn draw_triangle<T>(
         let p = [f64::from(column) + 0.5, f64::from(row) + 0.5, 0.0];
         [weight(p, 0), weight(p, 1), weight(p, 2)]
     };
-    // More than the rounding errors of depths: of single precision, and of weights far from the picture.
-    let [reach, deepest] = at.iter().fold(
-        [f64::from(samples.width.max(samples.rows[1])), 0.0],
-        |[reach, deepest], p| {
-            [reach.max(p[0].abs()).max(p[1].abs()), f64::max(deepest, p[2].abs())]
-        },
-    );
-    let rounding = deepest * (1e-6 + 1e-14 * reach * reach / double_area.abs());
-    let mut compared = 0;
     let depth_at = |column: u32, row: u32| {
         let weights = weights(column, row);
         at[0][2] * weights[0] + at[1][2] * weights[1] + at[2][2] * weights[2]
     };
+    let is_wide = columns.len() >= LONG;
+    let rounding = if is_wide { depth_rounding(&at, samples, double_area) } else { 0.0 };
+    let mut compared = 0;
     for row in first..last.min(samples.rows[1]) {
         let start = (row - samples.rows[0]) as usize * samples.width as usize;
         let columns = columns_of_row(&at, f64::from(row) + 0.5, &columns);
         let mut next = columns.start;
         while next < columns.end {
-            let part = next..columns.end.min((next / BLOCK + 1) * BLOCK);
+            let block_end = if is_wide { (next / BLOCK + 1) * BLOCK } else { columns.end };
+            let part = next..columns.end.min(block_end);
             next = part.end;
             let (is_long, mut is_hidden) = (part.len() >= LONG, true);
             if is_long {
@@ -358,6 +353,14 @@ fn draw_triangle<T>(
         }
     }
     compared
+}
+
+/// More than the rounding errors of depths: of single precision, and of weights far from the picture.
+fn depth_rounding<T>(at: &[[f64; 3]; 3], samples: &Samples<T>, double_area: f64) -> f64 {
+    let size = f64::from(samples.width.max(samples.rows[1]));
+    let reach = at.iter().fold(size, |reach, p| reach.max(p[0].abs()).max(p[1].abs()));
+    let deepest = at.iter().fold(0.0, |deepest, p| f64::max(deepest, p[2].abs()));
+    deepest * (1e-6 + 1e-14 * reach * reach / double_area.abs())
 }
 
 /// The columns of a box between the sides of its triangle at a height, and at least two more on either side for rounding.

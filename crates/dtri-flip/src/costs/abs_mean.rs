@@ -1,6 +1,6 @@
 //! F2: the absolute mean curvature.
 
-use dcurv::dihedral_angle;
+use dcurv::hinge_angle;
 use glam::DVec3;
 
 use super::edge_term::EdgeTerm;
@@ -20,6 +20,10 @@ impl EdgeTerm for AbsMean {
 
     #[inline]
     fn term(&self, a: DVec3, b: DVec3, left: DVec3, right: DVec3) -> f64 {
-        0.5 * a.distance(b) * dihedral_angle(a, b, left, right).abs()
+        // Not `dihedral_angle`, whose branch for any size keeps the loop over edges from being vectorised. Flips see
+        // the mesh at unit size.
+        let (edge, right) = (b - a, right - a);
+        let length = edge.length();
+        0.5 * length * hinge_angle(length, edge.cross(left - a), right.cross(edge), right).abs()
     }
 }
