@@ -14,10 +14,6 @@ pub(crate) const EDGE: [f32; 3] = [0.12, 0.12, 0.14];
 const BAND: u32 = 16;
 /// Boxes with at most this number of columns are drawn without a search for the columns of each row.
 const FEW: usize = 8;
-/// Columns of a block: samples of a row that a triangle behind them skips together.
-const BLOCK: u32 = 32;
-/// Shorter parts of a block are not worth a look at its bound.
-const LONG: usize = 24;
 
 /// A triangle in samples.
 #[derive(Clone, Copy, Debug)]
@@ -133,26 +129,8 @@ struct Samples<T> {
     width: u32,
     /// Depth, infinite where nothing was drawn.
     depth: Vec<f32>,
-    /// For each row and block, a depth that no sample exceeds. Depths only decrease, so an old bound still holds.
-    farthest: Vec<f32>,
     /// What is seen: a colour, or the index of a triangle.
     seen: Vec<T>,
-}
-
-impl<T> Samples<T> {
-    /// The place of a block in [`Samples::farthest`].
-    fn block(&self, row: u32, column: u32) -> usize {
-        ((row - self.rows[0]) * self.width.div_ceil(BLOCK) + column / BLOCK) as usize
-    }
-
-    /// Computes the bound of a block again.
-    fn bound(&mut self, row: u32, column: u32) {
-        let start = (row - self.rows[0]) as usize * self.width as usize;
-        let columns = column / BLOCK * BLOCK..((column / BLOCK + 1) * BLOCK).min(self.width);
-        let depths = &self.depth[start + columns.start as usize..start + columns.end as usize];
-        let block = self.block(row, column);
-        self.farthest[block] = depths.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    }
 }
 
 impl Canvas<'_> {
@@ -160,16 +138,8 @@ impl Canvas<'_> {
         let rows = [band * BAND, ((band + 1) * BAND).min(self.size[1])];
         let width = self.size[0] * self.supersampling;
         let rows = rows.map(|row| row * self.supersampling);
-        let height = (rows[1] - rows[0]) as usize;
-        let count = width as usize * height;
-        let farthest = vec![f32::INFINITY; width.div_ceil(BLOCK) as usize * height];
-        Samples {
-            rows,
-            width,
-            depth: vec![f32::INFINITY; count],
-            farthest,
-            seen: vec![nothing; count],
-        }
+        let count = width as usize * (rows[1] - rows[0]) as usize;
+        Samples { rows, width, depth: vec![f32::INFINITY; count], seen: vec![nothing; count] }
     }
 
     fn draw_band(&self, band: u32, members: &[u32], triangles: &[Triangle]) -> Vec<[u8; 4]> {
@@ -277,8 +247,7 @@ impl Canvas<'_> {
 }
 
 /// Draws every sample whose middle is in the triangle, including its edges, so that neighbours leave no gap. `seen`
-/// gives what is seen at a place, from the weights of the corners; `None` where the triangle has a hole. Returns the
-/// number of samples whose depths were compared.
+/// gives what is seen at a place, from the weights of the corners; `None` where the triangle has a hole.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -288,12 +257,12 @@ fn draw_triangle<T>(
     triangle: &Triangle,
     samples: &mut Samples<T>,
     seen: impl Fn([f32; 3]) -> Option<T>,
-) -> usize {
+) {
     let at = triangle.at.map(|p| p.map(f64::from));
     let double_area = cross(at[0], at[1], at[2]);
     // Seen edge-on, or NaN.
     if double_area.is_nan() || double_area.abs() <= 1e-9 {
-        return 0;
+        return;
     }
     let [left, right] = extent(triangle.at.map(|p| p[0]));
     let [top, bottom] = extent(triangle.at.map(|p| p[1]));
@@ -301,66 +270,26 @@ fn draw_triangle<T>(
         ..((right - 0.5).floor() + 1.0).clamp(0.0, samples.width as f32) as u32;
     let first = ((top - 0.5).ceil().max(0.0) as u32).max(samples.rows[0]);
     let last = ((bottom - 0.5).floor() + 1.0).max(0.0) as u32;
-    let weight = |p: [f64; 3], i: usize| cross(p, at[(i + 1) % 3], at[(i + 2) % 3]) / double_area;
-    let weights = |column: u32, row: u32| {
-        let p = [f64::from(column) + 0.5, f64::from(row) + 0.5, 0.0];
-        [weight(p, 0), weight(p, 1), weight(p, 2)]
-    };
-    let depth_at = |column: u32, row: u32| {
-        let weights = weights(column, row);
-        at[0][2] * weights[0] + at[1][2] * weights[1] + at[2][2] * weights[2]
-    };
-    let is_wide = columns.len() >= LONG;
-    let rounding = if is_wide { depth_rounding(&at, samples, double_area) } else { 0.0 };
-    let mut compared = 0;
     for row in first..last.min(samples.rows[1]) {
         let start = (row - samples.rows[0]) as usize * samples.width as usize;
-        let columns = columns_of_row(&at, f64::from(row) + 0.5, &columns);
-        let mut next = columns.start;
-        while next < columns.end {
-            let block_end = if is_wide { (next / BLOCK + 1) * BLOCK } else { columns.end };
-            let part = next..columns.end.min(block_end);
-            next = part.end;
-            let (is_long, mut is_hidden) = (part.len() >= LONG, true);
-            if is_long {
-                let nearest = depth_at(part.start, row).min(depth_at(part.end - 1, row));
-                let block = samples.block(row, part.start);
-                if nearest - rounding >= f64::from(samples.farthest[block]) {
-                    continue;
-                }
+        for column in columns_of_row(&at, f64::from(row) + 0.5, &columns) {
+            let p = [f64::from(column) + 0.5, f64::from(row) + 0.5, 0.0];
+            let weight = |i: usize| cross(p, at[(i + 1) % 3], at[(i + 2) % 3]) / double_area;
+            let weights = [weight(0), weight(1), weight(2)];
+            if weights.iter().any(|&w| w < 0.0) {
+                continue;
             }
-            compared += part.len();
-            for column in part.clone() {
-                let weights = weights(column, row);
-                if weights.iter().any(|&w| w < 0.0) {
-                    continue;
-                }
-                let weights = weights.map(|w| w as f32);
-                let depth = mix(triangle.at.map(|p| [p[2]]), weights)[0];
-                let index = start + column as usize;
-                if depth < samples.depth[index]
-                    && let Some(value) = seen(weights)
-                {
-                    samples.depth[index] = depth;
-                    samples.seen[index] = value;
-                    is_hidden = false;
-                }
-            }
-            // The bound was too far away.
-            if is_long && is_hidden {
-                samples.bound(row, part.start);
+            let weights = weights.map(|w| w as f32);
+            let depth = mix(triangle.at.map(|p| [p[2]]), weights)[0];
+            let index = start + column as usize;
+            if depth < samples.depth[index]
+                && let Some(value) = seen(weights)
+            {
+                samples.depth[index] = depth;
+                samples.seen[index] = value;
             }
         }
     }
-    compared
-}
-
-/// More than the rounding errors of depths: of single precision, and of weights far from the picture.
-fn depth_rounding<T>(at: &[[f64; 3]; 3], samples: &Samples<T>, double_area: f64) -> f64 {
-    let size = f64::from(samples.width.max(samples.rows[1]));
-    let reach = at.iter().fold(size, |reach, p| reach.max(p[0].abs()).max(p[1].abs()));
-    let deepest = at.iter().fold(0.0, |deepest, p| f64::max(deepest, p[2].abs()));
-    deepest * (1e-6 + 1e-14 * reach * reach / double_area.abs())
 }
 
 /// The columns of a box between the sides of its triangle at a height, and at least two more on either side for rounding.
@@ -480,41 +409,6 @@ mod tests {
             let pixels = rasterize(&canvas(2, Some([255; 3])), &triangles);
             assert!(pixels.iter().all(|&p| p == [0, 255, 0, 255]));
         }
-    }
-
-    /// Triangles that stand around one corner, each seen nearly from its side, as those of a jagged fan.
-    fn around_a_corner(count: usize) -> Vec<Triangle> {
-        let mut random = mesh_core::SplitMix64::new(9);
-        let mut coordinate = |size: f64| (size * random.symmetric()) as f32;
-        let around = |_| {
-            let mut end = || [200.0 + coordinate(190.0), 200.0 + coordinate(190.0)];
-            let mut triangle = flat([[200.0, 200.0], end(), end()], 0.0, [0.0; 3]);
-            triangle.at[1][2] = coordinate(1.0);
-            triangle.at[2][2] = triangle.at[1][2] + coordinate(0.01);
-            triangle
-        };
-        (0..count).map(around).collect()
-    }
-
-    #[test]
-    fn many_triangles_over_each_other_are_compared_block_by_block() {
-        let canvas = Canvas { size: [400, 400], ..canvas(1, None) };
-        let mut triangles = around_a_corner(2000);
-        let compared = |triangles: &[Triangle]| {
-            let drawn = |band: u32| {
-                let mut samples = canvas.samples(band, ());
-                let drawn = triangles.iter().map(|t| draw_triangle(t, &mut samples, |_| Some(())));
-                drawn.sum::<usize>()
-            };
-            (0..400 / BAND).map(drawn).sum::<usize>()
-        };
-        let alone: usize = triangles.iter().map(|&triangle| compared(&[triangle])).sum();
-        let together = compared(&triangles);
-        assert!(2 * together < alone, "{together} {alone}");
-        // What is skipped depends on the order, and what is seen does not.
-        let seen = depths(&canvas, &triangles);
-        triangles.reverse();
-        assert!(seen == depths(&canvas, &triangles));
     }
 
     #[test]
