@@ -352,8 +352,8 @@ pub(crate) struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    #[cfg(feature = "obj")]
     /// Whether only white space is left. Unlike [`remainder`](Self::remainder), it does not look at the end of the line.
+    #[cfg(feature = "obj")]
     pub(crate) fn is_at_end(&self) -> bool {
         self.rest.trim_ascii_start().is_empty()
     }

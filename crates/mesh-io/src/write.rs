@@ -149,7 +149,7 @@ fn check_names(path: &Path, model: &Model, format: Format) -> Result<(), WriteEr
     Ok(())
 }
 
-/// Refuses a target with one of these names, which are relative to its folder.
+/// Refuses a target whose name, in its own folder, is one of `names`.
 pub(crate) fn check_is_none_of<'n>(
     path: &Path,
     names: impl IntoIterator<Item = &'n str>,

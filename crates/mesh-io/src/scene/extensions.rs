@@ -32,7 +32,7 @@ const KNOWN: [&str; 21] = [
 /// Extensions that hold indices of views, and none of vertices or triangles.
 const WITHOUT_VERTICES: [&str; 1] = ["EXT_structural_metadata"];
 
-/// Whether an extension is one of these, so that other triangles and vertices do not affect it.
+/// Whether an extension stays true when the triangles and vertices of a mesh change.
 pub(super) fn is_known(name: &str) -> bool {
     name.starts_with("KHR_materials_") || KNOWN.contains(&name)
 }
