@@ -183,15 +183,12 @@ impl Parts {
             }
             let VisibleArea { front, back } = visible[i];
             if visible[i].is_back() {
-                let mut is_back_alone = || {
-                    let has_tests_left = used < most;
-                    has_tests_left && {
+                let is_clear = back > HIDDEN * front
+                    || used < most && {
                         let (alone, tests) = self.visible_alone(&visibility, i);
                         used += tests;
                         alone.is_back()
-                    }
-                };
-                let is_clear = back > HIDDEN * front || is_back_alone();
+                    };
                 if is_clear { Facing::InsideOut } else { Facing::Undecided }
             } else if front > CLEARLY * back {
                 Facing::Outward
