@@ -310,8 +310,11 @@ fn not_finite(output: &Model, input: &Model, is_copy: bool, found: &mut Vec<Stri
     // A conversion keeps the coordinates of the input, whatever they are.
     if !is_copy || input.soup.positions().iter().all(|p| p.is_finite()) {
         check("coordinate", output.soup.positions().iter().flat_map(DVec3::to_array).collect());
-        if let (Some(_), Some(uvs)) = (&input.corner_uvs, &output.corner_uvs) {
-            check("texture coordinate", wide(uvs.as_flattened()));
+        // Those of parts without a texture are unknown.
+        if let (Some(old), Some(new)) = (&input.corner_uvs, &output.corner_uvs)
+            && old.as_flattened().iter().all(|number| number.is_finite())
+        {
+            check("texture coordinate", wide(new.as_flattened()));
         }
     }
     if let Some(normals) = &output.vertex_normals {

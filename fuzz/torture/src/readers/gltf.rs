@@ -62,7 +62,10 @@ pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
             if !rest.is_empty() {
                 return Err(format!("mesh {} ends within a triangle", mesh.index()).into());
             }
-            for triangle in triangles {
+            // Each node draws its mesh, and all of them are reported.
+            let drawn = document.nodes().filter_map(|node| node.mesh());
+            let times = drawn.filter(|drawn| drawn.index() == mesh.index()).count();
+            for triangle in core::iter::repeat_n(triangles, times.max(1)).flatten() {
                 content.push_face(triangle.map(|corner| first + corner));
             }
         }
