@@ -187,15 +187,20 @@ fn all_balls(
 /// The radius is halved until balls around 64 vertices, evenly spaced by index, contain at most 1,000 faces
 /// on average. A mesh with edges of similar length has about 110 faces per ball, and its radius is not
 /// reduced. Long edges beside small faces, as in triangulated CAD parts, would otherwise make the time
-/// quadratic in the number of faces.
+/// quadratic in the number of faces. In a mesh with a vertex of 1,024 edges or more, balls contain at most 400 faces
+/// on average, because a ball cuts through most of the faces around such a vertex.
 #[must_use]
 pub fn default_ball_radius(mesh: &TriMesh) -> f64 {
     const EDGES: f64 = 4.0;
     const MAX_HALVINGS: usize = 20;
+    const CROWDED: usize = 1024;
     let mut radius = EDGES * mesh.mean_edge_length().unwrap_or(0.0);
     let mut ball = Ball::new(mesh, None);
+    let topology = mesh.topology();
+    let is_crowded = |v| topology.outgoing(v).nth(CROWDED - 1).is_some();
+    let most = if topology.vertices().any(is_crowded) { 400 } else { 1000 };
     for _ in 0..MAX_HALVINGS {
-        if check(radius).is_err() || ball.has_few_faces(radius) {
+        if check(radius).is_err() || ball.has_few_faces(radius, most) {
             break;
         }
         radius *= 0.5;
@@ -257,10 +262,9 @@ impl<'a> Ball<'a> {
         }
     }
 
-    /// Whether balls around 64 vertices contain at most 1,000 faces on average.
-    fn has_few_faces(&mut self, radius: f64) -> bool {
+    /// Whether balls around 64 vertices contain at most `most` faces on average.
+    fn has_few_faces(&mut self, radius: f64, most: usize) -> bool {
         const SAMPLES: usize = 64;
-        const MAX_FACES: usize = 1000;
         let topology = self.mesh.topology();
         let stride = (topology.vertex_capacity() / SAMPLES).max(1);
         let vertices = (0..topology.vertex_capacity()).step_by(stride).map(VertexId::from_index);
@@ -270,11 +274,11 @@ impl<'a> Ball<'a> {
         for vertex in vertices.filter(|&vertex| topology.contains_vertex(vertex)) {
             self.integrate(vertex, radius);
             samples += 1;
-            if self.visited - before > MAX_FACES * SAMPLES {
+            if self.visited - before > most * SAMPLES {
                 return false;
             }
         }
-        self.visited - before <= MAX_FACES * samples
+        self.visited - before <= most * samples
     }
 
     fn clear(&mut self) {
