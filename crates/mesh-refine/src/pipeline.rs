@@ -58,8 +58,19 @@ impl Refined {
     }
 
     /// The number of faces that are turned over.
-    fn turned_over(&self) -> usize {
+    #[must_use]
+    pub fn turned_over(&self) -> usize {
         self.unfold.map_or(0, |report| report.turned_after)
+    }
+
+    /// The vertex of the current mesh for each vertex of the original. `level` has the vertex of the level.
+    #[must_use]
+    pub fn follows(&self, level: &VertexMap<Option<VertexId>>) -> VertexMap<Option<VertexId>> {
+        let mut map = level.clone();
+        if let Some(next) = &self.vertex_map {
+            follow(&mut map, next);
+        }
+        map
     }
 
     /// Updates the vertex map for the next mesh.

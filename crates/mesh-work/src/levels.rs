@@ -6,8 +6,7 @@ use mesh_core::{TriMesh, as_u32};
 use mesh_io::{Model, ModelError};
 use mesh_metric::{CompareOptions, Comparison, Surface, SurfaceError, compare};
 use simplify::{
-    CollapseLog, ErrorCheck, Options, RecordError, ReplayError, SimplifyError, Target,
-    collapses_within,
+    CollapseLog, ErrorCheck, FaceLimits, Options, RecordError, SimplifyError, Stages, Target,
 };
 
 use crate::attributes::Attributes;
@@ -56,21 +55,38 @@ pub struct LevelRecord {
     pub log: CollapseLog,
     /// The number of faces that charts were merged for; `None` if none were.
     pub room: Option<u32>,
+    /// The limits on new faces.
+    pub limits: FaceLimits,
 }
 
 /// What follows the collapses in a record if charts were merged, before the number of faces.
 const ROOM: &[u8; 4] = b"ROOM";
 
+/// What follows then if there are limits on new faces, before the limits.
+const LIMITS: &[u8; 4] = b"LIMS";
+
 impl LevelRecord {
-    /// Writes the log, and after it `ROOM` and the number of faces (4 bytes, little-endian) if charts were merged.
+    /// Writes the log, and after it `ROOM` and the number of faces (4 bytes, little-endian) if charts were merged, and
+    /// `LIMS`, the greatest length of an edge, the smallest angle in radians (8 bytes each, NaN for no limit) and the
+    /// greatest valence (4 bytes, 0 for no limit) if there are limits on new faces.
     ///
     /// # Errors
     /// The writer fails.
     pub fn write(&self, mesh: &TriMesh, writer: &mut dyn Write) -> std::io::Result<()> {
         self.log.write(mesh, writer)?;
-        let Some(room) = self.room else { return Ok(()) };
-        writer.write_all(ROOM)?;
-        writer.write_all(&room.to_le_bytes())
+        if let Some(room) = self.room {
+            writer.write_all(ROOM)?;
+            writer.write_all(&room.to_le_bytes())?;
+        }
+        if self.limits.is_any() {
+            let FaceLimits { max_edge, min_angle, max_valence } = self.limits;
+            writer.write_all(LIMITS)?;
+            for number in [max_edge, min_angle] {
+                writer.write_all(&number.unwrap_or(f64::NAN).to_le_bytes())?;
+            }
+            writer.write_all(&max_valence.map_or(0, as_u32).to_le_bytes())?;
+        }
+        Ok(())
     }
 
     /// Reads the record of a run on this mesh.
@@ -78,15 +94,24 @@ impl LevelRecord {
     /// # Errors
     /// The bytes are not a record, or belong to another mesh.
     pub fn read(mesh: &TriMesh, reader: &mut dyn Read) -> Result<Self, RecordError> {
-        let log = CollapseLog::read(mesh, reader)?;
-        let mut bytes = [0; 8];
-        let room = match reader.read_exact(&mut bytes) {
-            Ok(()) => bytes.split_first_chunk().filter(|(name, _)| *name == ROOM),
-            Err(error) if error.kind() == ErrorKind::UnexpectedEof => None,
-            Err(error) => return Err(error.into()),
-        };
-        let room = room.and_then(|(_, count)| count.try_into().ok()).map(u32::from_le_bytes);
-        Ok(Self { log, room })
+        let mut record = Self { log: CollapseLog::read(mesh, reader)?, ..Self::default() };
+        while let Some(name) = next(reader)? {
+            match &name {
+                ROOM => record.room = next(reader)?.map(u32::from_le_bytes),
+                LIMITS => {
+                    let max_edge = next(reader)?.map(f64::from_le_bytes);
+                    let min_angle = next(reader)?.map(f64::from_le_bytes);
+                    let valence = next(reader)?.map(u32::from_le_bytes);
+                    record.limits = FaceLimits {
+                        max_edge: max_edge.filter(|length| !length.is_nan()),
+                        min_angle: min_angle.filter(|angle| !angle.is_nan()),
+                        max_valence: valence.filter(|&count| count > 0).map(|n| n as usize),
+                    };
+                }
+                _ => break,
+            }
+        }
+        Ok(record)
     }
 
     /// The attributes with the charts that the run has merged.
@@ -97,16 +122,36 @@ impl LevelRecord {
     }
 }
 
+/// The next bytes; `None` at the end.
+fn next<const N: usize>(reader: &mut dyn Read) -> std::io::Result<Option<[u8; N]>> {
+    let mut bytes = [0; N];
+    match reader.read_exact(&mut bytes) {
+        Ok(()) => Ok(Some(bytes)),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The stages of a run with these attributes and limits on faces.
+pub(crate) fn stages_of<'a>(
+    mesh: &'a TriMesh,
+    log: &'a CollapseLog,
+    attributes: &Attributes,
+    limits: FaceLimits,
+) -> Stages<'a> {
+    let mut options = Options::default();
+    attributes.constrain(mesh, &mut options);
+    options.protect.limits = limits;
+    Stages::new(mesh, log, options)
+}
+
 /// Errors of [`LevelSteps`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LevelError {
-    /// A maximum error cannot be met.
+    /// A maximum error cannot be met, or the collapses belong to another mesh.
     #[error(transparent)]
     Simplify(#[from] SimplifyError),
-    /// The collapses belong to another mesh.
-    #[error(transparent)]
-    Replay(#[from] ReplayError),
     /// A level has no faces to measure distances to.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
@@ -123,7 +168,8 @@ impl LevelPlan {
     #[must_use]
     pub fn record(&self, mesh: &TriMesh, log: CollapseLog) -> LevelRecord {
         let faces = self.options.target.face_target(mesh.topology().face_count());
-        LevelRecord { log, room: self.attributes.merged().map(|_| as_u32(faces)) }
+        let limits = self.options.protect.limits;
+        LevelRecord { log, room: self.attributes.merged().map(|_| as_u32(faces)), limits }
     }
 }
 
@@ -187,42 +233,44 @@ impl LevelSteps {
     /// The number of collapses of each level, ascending.
     ///
     /// # Errors
-    /// As [`collapses_within`].
-    pub fn stages(
+    /// As [`Stages::within`].
+    fn counts(
         &self,
-        log: &CollapseLog,
+        record: &LevelRecord,
         mesh: &TriMesh,
+        stages: &Stages<'_>,
         check: ErrorCheck,
     ) -> Result<Vec<usize>, SimplifyError> {
-        let mut stages: Vec<usize> =
-            self.wanted(mesh).map(|count| log.count_for_faces(count)).collect();
+        let mut counts: Vec<usize> =
+            self.wanted(mesh).map(|count| record.log.count_for_faces(count)).collect();
         for &error in &self.errors {
-            stages.push(collapses_within(mesh, log, error, check)?);
+            counts.push(stages.within(error, check)?);
         }
-        stages.sort_unstable();
-        Ok(stages)
+        counts.sort_unstable();
+        Ok(counts)
     }
 
-    /// The levels, from fine to coarse.
+    /// The levels, from fine to coarse: [`Stages`] of the run.
     ///
     /// # Errors
-    /// The log belongs to another mesh, or the mesh has no faces.
+    /// The record belongs to another mesh, or the mesh has no faces.
     pub fn levels(
         &self,
-        log: &CollapseLog,
+        record: &LevelRecord,
         source: Source<'_>,
         attributes: &Attributes,
         check: ErrorCheck,
     ) -> Result<Vec<LevelOfDetail>, LevelError> {
         let original = Surface::new(source.mesh)?;
         let sampling = CompareOptions { samples: SAMPLES, ..CompareOptions::default() };
+        let stages = stages_of(source.mesh, &record.log, attributes, record.limits);
         let level = |collapses: usize| {
-            let (mesh, became) = log.level(source.mesh, collapses)?;
+            let (mesh, became) = stages.level(collapses)?;
             let model = attributes.carry(source, &mesh, &became)?;
             let distance = compare(&original, &Surface::new(&mesh)?, &sampling);
             Ok(LevelOfDetail { model, mesh, collapses, distance })
         };
-        self.stages(log, source.mesh, check)?.into_iter().map(level).collect()
+        self.counts(record, source.mesh, &stages, check)?.into_iter().map(level).collect()
     }
 }
 

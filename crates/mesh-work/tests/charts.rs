@@ -191,13 +191,14 @@ fn levels_merge_charts_and_their_record_knows_it() {
     assert_eq!(stuck.mesh.topology().face_count(), mesh.topology().face_count());
     let merged = plan(false);
     assert!(merged.attributes.merged().is_some());
-    let record = merged.record(mesh, simplify(mesh, &merged.options).unwrap().log);
+    let mut record = merged.record(mesh, simplify(mesh, &merged.options).unwrap().log);
+    record.limits.max_valence = Some(40);
     let mut bytes = Vec::new();
     record.write(mesh, &mut bytes).unwrap();
     let again = LevelRecord::read(mesh, &mut &bytes[..]).unwrap();
-    assert_eq!(again.room, Some(300));
+    assert_eq!((again.room, again.limits), (Some(300), record.limits));
     let levels = |record: &LevelRecord, attributes: &Attributes| {
-        let levels = steps.levels(&record.log, source, attributes, ErrorCheck::Sampled).unwrap();
+        let levels = steps.levels(record, source, attributes, ErrorCheck::Sampled).unwrap();
         levels.into_iter().map(|level| level.model).collect::<Vec<_>>()
     };
     let (first, second) =

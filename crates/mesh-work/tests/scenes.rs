@@ -10,8 +10,8 @@ use mesh_core::build::{Repair, Weld};
 use mesh_io::{Format, Quantization, ReadOptions, Scene, read_from};
 use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use mesh_work::{
-    AttributeRules, Attributes, Choices, LevelSteps, Loaded, SceneBudget, SceneError, SceneLevel,
-    SceneRules, SceneSteps, SceneTarget, SimplifiedScene, repaired_scene, scene_levels,
+    AttributeRules, Attributes, Choices, LevelRecord, LevelSteps, Loaded, SceneBudget, SceneError,
+    SceneLevel, SceneRules, SceneSteps, SceneTarget, SimplifiedScene, repaired_scene, scene_levels,
     simplify_scene,
 };
 use serde_json::{Value, json};
@@ -580,7 +580,9 @@ fn levels_of_a_single_mesh_are_those_of_the_mesh() {
         let mut options = choices.options(&loaded.mesh, steps.limits()).for_levels();
         attributes.constrain(&loaded.mesh, &mut options);
         let log = simplify(&loaded.mesh, &options).unwrap().log;
-        let expected = steps.levels(&log, loaded.source(), &attributes, choices.check()).unwrap();
+        let record = LevelRecord { log, ..LevelRecord::default() };
+        let expected =
+            steps.levels(&record, loaded.source(), &attributes, choices.check()).unwrap();
         let LevelSteps { ratios, faces, .. } = steps;
         let steps = SceneSteps { ratios, faces, ..SceneSteps::default() };
         let go_on = &mut |_: &_| ControlFlow::Continue(());

@@ -338,7 +338,6 @@ impl From<mesh_work::LevelError> for Failure {
     fn from(error: mesh_work::LevelError) -> Self {
         match error {
             mesh_work::LevelError::Simplify(error) => error.into(),
-            mesh_work::LevelError::Replay(error) => error.into(),
             other => Self::cannot(other),
         }
     }

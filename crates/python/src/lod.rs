@@ -81,9 +81,8 @@ pub(crate) fn lod<'py>(
             }
         };
         watch.check()?;
-        let levels = steps
-            .levels(&record.log, source, &attributes, choices.check())
-            .map_err(Failure::from)?;
+        let levels =
+            steps.levels(&record, source, &attributes, choices.check()).map_err(Failure::from)?;
         Ok((levels, record))
     })?;
     let list = PyList::empty(py);

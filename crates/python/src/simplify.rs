@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use ::simplify::{
-    LogEntry, Options, Phase, Preset, Progress, Simplified, Target, simplify_observed,
+    FaceLimits, LogEntry, Options, Phase, Preset, Progress, Simplified, Target, simplify_observed,
     simplify_with,
 };
 use mesh_core::as_u32;
@@ -200,6 +200,7 @@ struct Done {
     charts: Option<(usize, usize)>,
     /// The number of faces that charts were merged for.
     room: Option<u32>,
+    limits: FaceLimits,
 }
 
 /// Simplifies a mesh.
@@ -259,7 +260,7 @@ pub(crate) fn simplify<'py>(
         let wanted = options.target.face_target(whole.mesh.topology().face_count());
         let room = charts.map(|_| as_u32(wanted));
         let (mesh, map) = (MeshData::new(model, Weld::None), whole.of_vertices(map, -1));
-        Ok(Done { mesh, map, charts, room, result })
+        Ok(Done { mesh, map, charts, room, limits: options.protect.limits, result })
     })?;
     report(py, done, content)
 }
@@ -285,7 +286,7 @@ fn report<'py>(
     done: Done,
     content: Arc<Content>,
 ) -> PyResult<(MeshData, Bound<'py, PyDict>)> {
-    let Done { mesh, result, map, charts, room } = done;
+    let Done { mesh, result, map, charts, room, limits } = done;
     let found = PyDict::new(py);
     found.set_item("charts", charts)?;
     found.set_item("vertex_map", map.into_pyarray(py))?;
@@ -311,7 +312,7 @@ fn report<'py>(
     let turned = result.unfold.map(|unfold| (unfold.turned_before, unfold.turned_after));
     found.set_item("turned_over", turned)?;
     found.set_item("preset_kept", result.preset_kept.map(::simplify::Preset::name))?;
-    let record = Arc::new(LevelRecord { log: result.log, room });
+    let record = Arc::new(LevelRecord { log: result.log, room, limits });
     found.set_item("log", LogData { record, content })?;
     Ok((mesh, found))
 }

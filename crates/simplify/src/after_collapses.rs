@@ -19,6 +19,9 @@ use crate::tolerance::measure::{AchievedError, Measuring};
 /// The largest number of faces of an input on which every preset is tried, and every stage of refinement measured.
 pub(crate) const SMALL: usize = 5_000;
 
+/// The factors on the number of faces at which levels are tried where faces stay turned over.
+const MORE_FACES: [f64; 4] = [1.02, 1.05, 1.1, 1.2];
+
 /// A refined mesh, and what the vertices of the input are in the level that it was made from.
 type RefinedLevel = (Refined, VertexMap<Option<VertexId>>);
 
@@ -41,30 +44,22 @@ impl AfterCollapses<'_> {
     ) -> Result<Simplified, SimplifyError> {
         let Self { mesh, options, .. } = *self;
         let is_changed = !observer.is_stopped() && run.collapses > 0;
-        let is_refined = is_changed && options.refine.is_any();
         let has_faces = mesh.topology().face_count() > 0;
         let mut error = None;
-        let may_fold = is_changed && options.refine.unfold && options.protect.min_cosine.is_some();
-        let (refined, vertex_map) =
-            if has_faces && (is_refined || options.tolerance.check.is_some()) {
-                let steps = if is_changed { self.steps() } else { Steps::default() };
-                self.refined(level, &mut run, steps, &mut error, &mut observer)?
-            } else if may_fold && let Some(original) = original_at_folds(mesh, &level) {
-                let (protect, steps) = (&options.protect, self.steps());
-                let pipeline = Pipeline::new(mesh, &original, protect, steps, self.texture());
-                pipeline.finish(level, &mut observer)?
-            } else {
-                untouched(level)
-            };
+        let (refined, vertex_map) = if has_faces && options.tolerance.check.is_some() {
+            let steps = if is_changed { self.steps() } else { Steps::default() };
+            self.measured(level, &mut run, steps, &mut error, &mut observer)?
+        } else if has_faces && is_changed {
+            let made = self.refined(level, &mut observer)?;
+            self.without_folds(made, &mut run, &mut observer)?
+        } else {
+            untouched(level)
+        };
         if observer.is_stopped() {
             run.stop = StopReason::Cancelled;
         }
-        let follow = |&v: &Option<VertexId>| match &refined.vertex_map {
-            Some(map) => v.and_then(|v| map.get(v).copied().flatten()),
-            None => v,
-        };
         Ok(Simplified {
-            vertex_map: VertexMap::from_vec(vertex_map.as_slice().iter().map(follow).collect()),
+            vertex_map: refined.follows(&vertex_map),
             boundary_shift: boundary_shift(mesh, &refined.mesh),
             mesh: refined.mesh,
             collapses: run.collapses,
@@ -87,8 +82,59 @@ impl AfterCollapses<'_> {
         })
     }
 
-    /// The level refined and measured, or with an error limit the coarsest level within it.
+    /// The level refined, or where nothing is refined, its faces that are turned over turned back.
     fn refined(
+        &self,
+        level: Level,
+        observer: &mut Observer<'_>,
+    ) -> Result<RefinedLevel, SimplifyError> {
+        let Self { mesh, options, .. } = *self;
+        let original = if options.refine.is_any() {
+            Some(Surface::new(mesh)?)
+        } else if options.refine.unfold && options.protect.min_cosine.is_some() {
+            original_at_folds(mesh, &level)
+        } else {
+            None
+        };
+        let Some(original) = original else { return Ok(untouched(level)) };
+        let (protect, steps) = (&options.protect, self.steps());
+        let pipeline = Pipeline::new(mesh, &original, protect, steps, self.texture());
+        Ok(pipeline.finish(level, observer)?)
+    }
+
+    /// If faces of a level stay turned over, a level with a few more faces where none does, if there is one.
+    fn without_folds(
+        &self,
+        made: RefinedLevel,
+        run: &mut Run,
+        observer: &mut Observer<'_>,
+    ) -> Result<RefinedLevel, SimplifyError> {
+        let Self { mesh, options, .. } = *self;
+        if made.0.turned_over() == 0 {
+            return Ok(made);
+        }
+        let mut constraints = self.constraints.clone();
+        constraints.prepare(mesh);
+        let protected = Protected::new(mesh, &options.protect, constraints);
+        let faces = made.0.mesh.topology().face_count() as f64;
+        for more in MORE_FACES {
+            let collapses = run.log.count_for_faces((faces * more).ceil() as usize);
+            if collapses >= run.log.len() || observer.is_stopped() {
+                continue;
+            }
+            let level = Level::new(mesh, &protected, &run.log, collapses)?;
+            let finer = self.refined(level, observer)?;
+            if finer.0.turned_over() == 0 {
+                run.truncate(collapses);
+                run.stop = StopReason::NothingLeft;
+                return Ok(finer);
+            }
+        }
+        Ok(made)
+    }
+
+    /// The level refined and measured, or with an error limit the coarsest level within it.
+    fn measured(
         &self,
         level: Level,
         run: &mut Run,
@@ -110,7 +156,8 @@ impl AfterCollapses<'_> {
             drop(level);
             return self.within(limit, run, &pipeline, measuring, error, observer);
         }
-        let (refined, vertex_map) = pipeline.finish(level, observer)?;
+        let made = pipeline.finish(level, observer)?;
+        let (refined, vertex_map) = self.without_folds(made, run, observer)?;
         if let Some(measuring) = measuring {
             *error = measuring.measure(&refined.mesh, observer)?;
         }
@@ -174,7 +221,7 @@ impl AfterCollapses<'_> {
     }
 
     /// The texture that must not fold over, if there is one that counts.
-    fn texture(&self) -> Option<Texture<'_>> {
+    pub(crate) fn texture(&self) -> Option<Texture<'_>> {
         let attributes = self.options.attributes.counting()?;
         let seams = self.options.protect.features.as_ref()?;
         let texture = Texture { original: self.mesh, attributes, seams };
@@ -195,7 +242,8 @@ impl AfterCollapses<'_> {
     }
 }
 
-fn untouched(level: Level) -> RefinedLevel {
+/// A level that is not refined.
+pub(crate) fn untouched(level: Level) -> RefinedLevel {
     (Refined::untouched(level.mesh, FitConstraints::default()), level.vertex_map)
 }
 

@@ -15,6 +15,7 @@ mod run;
 mod shortfall;
 mod simplified;
 mod simplify;
+mod stages;
 mod tolerance;
 mod unit_size;
 
@@ -33,5 +34,5 @@ pub use preset::{Preset, UnknownPreset};
 pub use shortfall::Shortfall;
 pub use simplified::Simplified;
 pub use simplify::{simplify, simplify_observed, simplify_with};
-pub use tolerance::collapses_within::collapses_within;
+pub use stages::Stages;
 pub use tolerance::measure::{AchievedError, ErrorCheck};

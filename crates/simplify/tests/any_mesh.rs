@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use simplify::{Boundary, ErrorCheck, Options, Preset, StopReason, simplify};
 
 /// A bumpy grid with random faces removed, if that leaves a manifold, and a sphere beside it.
-fn random_mesh(seed: u64, cells: usize, holes: usize, sphere: bool) -> Option<TriMesh> {
+pub(crate) fn random_mesh(seed: u64, cells: usize, holes: usize, sphere: bool) -> Option<TriMesh> {
     let mut random = SplitMix64::new(seed);
     let irregular = Irregular { jitter: 0.2, seed };
     let soup = Plane { half_width: 1.0 }.irregular_mesh(cells, irregular).unwrap();

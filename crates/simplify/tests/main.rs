@@ -18,6 +18,7 @@ mod poses;
 mod published;
 mod regressions;
 mod scales;
+mod stages;
 mod stop;
 mod touching;
 mod transfer;

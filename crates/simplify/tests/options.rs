@@ -7,7 +7,7 @@ use mesh_shapes::Sphere;
 use simplify::{
     AnnealOptions, CollapseLog, CornerAttributes, ErrorCheck, FitConstraints, FitNorm, FitOptions,
     MAX_CHANNELS, MaxErrorOptions, Options, PlacementRule, Preset, RecordError, RefineError,
-    SimplifyError, anneal, collapses_within, fit, reduce_max_error, simplify,
+    SimplifyError, Stages, anneal, fit, reduce_max_error, simplify,
 };
 
 fn sphere(cuts: u32) -> TriMesh {
@@ -102,14 +102,17 @@ fn attributes_with_too_many_numbers_are_refused() {
 fn the_log_of_another_mesh_is_an_error() {
     let (mesh, other) = (sphere(3), sphere(2));
     let result = simplify(&mesh, &Options::preset(Preset::Fast).to_faces(200)).unwrap();
-    let within = |mesh: &TriMesh| collapses_within(mesh, &result.log, 0.2, ErrorCheck::Sampled);
+    let within_limit = |mesh: &TriMesh, limit: f64| {
+        Stages::new(mesh, &result.log, Options::default()).within(limit, ErrorCheck::Sampled)
+    };
+    let within = |mesh: &TriMesh| within_limit(mesh, 0.2);
     assert!(within(&mesh).unwrap() > 0);
     assert!(matches!(within(&other), Err(SimplifyError::OtherMesh(_))));
     // A mesh of the same size, on which most of the collapses would be legal.
     let triangles: Vec<[u32; 3]> = mesh.topology().triangles().map(|[a, b, c]| [a, c, b]).collect();
     let turned = TriMesh::from_triangles(mesh.positions(), &triangles).unwrap();
     assert!(matches!(within(&turned), Err(SimplifyError::OtherMesh(_))));
-    let none = collapses_within(&mesh, &result.log, f64::NAN, ErrorCheck::Sampled);
+    let none = within_limit(&mesh, f64::NAN);
     assert_eq!(named(none), "limit");
 }
 

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use mesh_core::build::BuildReport;
 use mesh_io::{Lost, NewMesh, Scene, WriteError};
 use mesh_metric::{CompareOptions, Comparison, Surface, compare};
-use simplify::{CollapseLog, Options, Progress, Target, collapses_within, simplify_observed};
+use simplify::{CollapseLog, Options, Progress, Stages, Target, simplify_observed};
 
 use super::budget::split;
 use super::parts::{Part, divided, in_units, parts, scene_diagonal};
@@ -14,7 +14,7 @@ use super::rules::{SceneBudget, SceneError, SceneRules};
 use super::simplify::merged;
 use crate::attributes::Attributes;
 use crate::length::Length;
-use crate::levels::{SAMPLES, shown_from};
+use crate::levels::{SAMPLES, shown_from, stages_of};
 
 /// The levels of a scene to make.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -135,6 +135,14 @@ struct Run<'p> {
     stages: Vec<usize>,
 }
 
+impl Run<'_> {
+    /// All stages of the run.
+    fn all(&self) -> Stages<'_> {
+        let limits = self.options.protect.limits;
+        stages_of(&self.part.loaded.mesh, &self.log, &self.attributes, limits)
+    }
+}
+
 /// Makes levels of detail of a scene. As with [`simplify_scene`](super::simplify_scene), each mesh is simplified once,
 /// and all data of vertices are carried over. The levels of a mesh are stages of one run, as those of
 /// [`LevelSteps`](crate::LevelSteps). With [`SceneBudget::Scene`], the collapses of all meshes are merged by their costs.
@@ -164,13 +172,12 @@ pub fn scene_levels(
     }
     let missed_faces = budgets.add_stages(&mut runs)?;
     for run in &mut runs {
-        let Run { part, log, stages, .. } = run;
+        let part = run.part;
         for error in &errors {
-            let found =
-                collapses_within(&part.loaded.mesh, log, error / part.scale, rules.choices.check());
-            stages.push(found.map_err(|source| part.error(source))?);
+            let found = run.all().within(error / part.scale, rules.choices.check());
+            run.stages.push(found.map_err(|source| part.error(source))?);
         }
-        stages.sort_unstable();
+        run.stages.sort_unstable();
     }
     let count = steps.ratios.len() + steps.faces.len() + errors.len();
     let (mut levels, mut all_new) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -348,9 +355,11 @@ fn level_of(
     let area = |part: &Part| part.times as f64 * part.scale.powi(2) * part.loaded.mesh.area();
     let whole: f64 = runs.iter().map(|run| area(run.part)).sum();
     let (mut new, mut meshes, mut all) = (Vec::new(), Vec::new(), Sums::default());
-    for Run { part, attributes, log, stages, .. } in runs {
+    for run in runs {
+        let Run { part, attributes, stages, .. } = run;
         let collapses = stages.get(level).copied().unwrap_or(0);
-        let (mesh, became) = log.level(&part.loaded.mesh, collapses)?;
+        let level = run.all().level(collapses);
+        let (mesh, became) = level.map_err(|source| part.error(source))?;
         let replaced = part.replacement(attributes, &mesh, &became)?;
         let share = if whole > 0.0 { area(part) / whole } else { 0.0 };
         let samples = ((share * SAMPLES as f64) as usize).max(FEWEST_SAMPLES);

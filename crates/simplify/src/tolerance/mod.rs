@@ -14,10 +14,9 @@
 //! depend on the options of a run: the caller passes what to refine, measure and decimate.
 //!
 //! Layers, lowest first: `measure`, `bisection`, `edge_face_incidence`, `prepared_triangle`, `proofs`, `coverage` and
-//! `edge_coverage`; `level_estimate`, `collapses_within` and `distance_constraint`; `decimate`; `level_search`.
+//! `edge_coverage`; `level_estimate` and `distance_constraint`; `decimate`; `level_search`.
 
 mod bisection;
-pub(crate) mod collapses_within;
 mod coverage;
 mod decimate;
 mod distance_constraint;

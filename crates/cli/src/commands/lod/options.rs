@@ -21,7 +21,7 @@ use crate::view::Look;
 /// Make levels of detail from one sequence of collapses
 ///
 /// Each vertex of a level comes from vertices of the finer levels. So levels are not fitted to the input, as the
-/// results of `simplify` are.
+/// results of `simplify` are. Only faces that the collapses have turned over are turned back.
 ///
 /// OUT is a folder for one file per level, or a GLB or glTF file for all levels, with the input as the finest one
 /// (`MSFT_lod`). A glTF scene whose levels are glTF or GLB stays a scene in each level. Without --levels, --faces or

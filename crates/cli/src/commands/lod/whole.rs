@@ -12,7 +12,7 @@ use mesh_work::{
     Attributes, LevelError, LevelOfDetail, LevelRecord, LevelSteps, Loaded, shown_from,
 };
 use serde::Serialize;
-use simplify::simplify_observed;
+use simplify::{SimplifyError, simplify_observed};
 
 use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
@@ -90,7 +90,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     }
     let spinner = console.spinner("measuring");
     let levels = Seconds::time(&mut seconds.compute, || {
-        steps.levels(&record.log, loaded.source(), &attributes, options.policy.check())
+        steps.levels(&record, loaded.source(), &attributes, options.policy.check())
     })
     .map_err(failed)?;
     spinner.finish_and_clear();
@@ -212,8 +212,8 @@ fn collapses(
 
 fn failed(error: LevelError) -> Failure {
     match error {
+        LevelError::Simplify(SimplifyError::OtherMesh(error)) => Failure::Replay(Box::new(error)),
         LevelError::Simplify(error) => Failure::simplify(error),
-        LevelError::Replay(error) => Failure::Replay(Box::new(error)),
         LevelError::Surface(error) => Failure::simplify(error.into()),
         LevelError::Model(error) => Failure::model(error),
         other => Failure::refused(other),
