@@ -1,5 +1,6 @@
 //! Loading a mesh from a file.
 
+use std::cmp::Reverse;
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
@@ -7,6 +8,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use mesh_core::TriMesh;
 use mesh_core::build::{BuildReport, Repair, Weld};
 use mesh_core::measure::cracks::{Cracks, cracks};
 use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind, Scene};
@@ -183,7 +185,12 @@ impl ReadOptions {
 }
 
 /// The surface of a file, or its points if it has no faces.
-pub(crate) fn surface_or_points(path: &Path, model: &Model) -> Result<Surface, Failure> {
+pub(crate) fn surface_or_points(
+    path: &Path,
+    model: &Model,
+    console: &Console,
+) -> Result<Surface, Failure> {
+    tell_crowded(path, model.soup.positions().len(), model.soup.faces(), console);
     mesh_work::surface_or_points(&model.soup).map_err(|source| no_surface(path, source))
 }
 
@@ -437,6 +444,38 @@ pub(crate) fn tell_unused(path: &Path, loaded: &Loaded, console: &Console) {
         let stays = format!("{unused}: kept; --drop-unreferenced drops them");
         console.message(format_args!("{name}: {stays}"));
         console.stays(&name, &stays);
+    }
+}
+
+/// As [`tell_crowded`] for a mesh.
+pub(crate) fn tell_crowded_mesh(path: &Path, mesh: &TriMesh, console: &Console) {
+    tell_crowded(path, mesh.positions().len(), mesh.topology().triangles(), console);
+}
+
+/// Number of faces at a vertex from which a command that searches for close faces is said to take long.
+const CROWDED: u32 = 4096;
+
+/// Says that a search for close faces takes long if thousands of faces share a vertex.
+fn tell_crowded<F: AsRef<[u32]>>(
+    path: &Path,
+    vertices: usize,
+    faces: impl IntoIterator<Item = F>,
+    console: &Console,
+) {
+    let mut counts = vec![0_u32; vertices];
+    for face in faces {
+        for &v in face.as_ref() {
+            counts.get_mut(v as usize).into_iter().for_each(|count| *count += 1);
+        }
+    }
+    let most = counts.iter().enumerate().max_by_key(|(v, count)| (**count, Reverse(*v)));
+    if let Some((v, &count)) = most.filter(|(_, count)| **count >= CROWDED) {
+        console.message(format_args!(
+            "{}: vertex {v} has {}: if they do not lie in a plane, this takes time in proportion to the square of \
+             their number; `simplify --preset fast` does not, and leaves fewer",
+            printable(path.display()),
+            counted(count as usize, "faces")
+        ));
     }
 }
 

@@ -91,6 +91,11 @@ impl Targets {
         }
     }
 
+    /// Whether there is a largest error.
+    pub(crate) fn limits_error(&self) -> bool {
+        self.max_error.is_some()
+    }
+
     /// The targets for a scene.
     pub(crate) fn of_scene(&self, relative: bool) -> SceneTarget {
         SceneTarget { faces: self.faces, ratio: self.ratio(), max_error: self.max_error, relative }
@@ -244,6 +249,11 @@ impl Policy {
     /// Whether the distance from the input is to be certified.
     pub(crate) fn proves(&self) -> bool {
         self.verify
+    }
+
+    /// Whether faces must not intersect if they did not before.
+    pub(crate) fn forbids_intersections(&self) -> bool {
+        self.no_intersections
     }
 
     /// The choices for the library.

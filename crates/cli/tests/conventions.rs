@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use crate::common::{code, curvmesh, json, write};
+use glam::DVec3;
 use mesh_core::PolygonSoup;
 use mesh_shapes::{Sphere, Torus, polyhedra};
 use serde_json::Value;
@@ -390,6 +391,35 @@ fn look_ahead_has_a_bound() {
 }
 
 /// Values that the format cannot store are not reported as an error of the disk.
+/// A cone whose rim jumps up and down.
+#[test]
+fn a_vertex_with_thousands_of_faces_is_said_to_take_long() {
+    let folder = tempfile::tempdir().unwrap();
+    let cone = |faces: u32| {
+        let rim = |i: u32| {
+            let (y, x) = (f64::from(i) * core::f64::consts::TAU / f64::from(faces)).sin_cos();
+            DVec3::new(x, y, 0.3 * f64::from(i % 3))
+        };
+        let points: Vec<DVec3> = (0..faces).map(rim).chain([DVec3::ZERO]).collect();
+        let triangles: Vec<[u32; 3]> = (0..faces).map(|i| [i, (i + 1) % faces, faces]).collect();
+        let soup = PolygonSoup::from_triangles(&points, &triangles);
+        let path = folder.path().join(format!("{faces}.ply"));
+        write(soup.unwrap(), &path);
+        path
+    };
+    let out = folder.path().join("out.ply");
+    for (faces, is_said) in [(4000, false), (5000, true)] {
+        let path = cone(faces);
+        let (status, said) = code(&["distance", text(&path), text(&path), "--samples", "10"]);
+        assert_eq!(status, 0, "{said}");
+        let vertex = format!("vertex {faces} has {faces} faces");
+        assert_eq!(said.contains(&vertex) && said.contains("--preset fast"), is_said, "{said}");
+        let fast =
+            ["simplify", text(&path), "-o", text(&out), "--preset", "fast", "--faces", "500"];
+        assert!(!code(&fast).1.contains("has"), "{said}");
+    }
+}
+
 #[test]
 fn coordinates_beyond_the_format_are_refused_in_every_command() {
     let folder = tempfile::tempdir().unwrap();

@@ -146,7 +146,8 @@ pub(crate) fn run(options: &Compare, session: &Session) -> Result<Outcome, Failu
 impl<'a> Version<'a> {
     fn read(path: &'a Path, loading: &Loading, console: &Console) -> Result<Self, Failure> {
         let model = loading.finite_content(path, console)?;
-        let (surface, is_cloud) = (surface_or_points(path, &model)?, is_point_cloud(&model.soup));
+        let (surface, is_cloud) =
+            (surface_or_points(path, &model, console)?, is_point_cloud(&model.soup));
         Ok(Self { path, model, surface, is_cloud })
     }
 

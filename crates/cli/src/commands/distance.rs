@@ -231,7 +231,8 @@ struct Part<'a> {
 impl<'a> Part<'a> {
     fn read(path: &'a Path, options: &Distance, console: &Console) -> Result<Self, Failure> {
         let model = options.loading.finite_content(path, console)?;
-        let (surface, is_cloud) = (surface_or_points(path, &model)?, is_point_cloud(&model.soup));
+        let (surface, is_cloud) =
+            (surface_or_points(path, &model, console)?, is_point_cloud(&model.soup));
         Ok(Self { path, model, surface, is_cloud })
     }
 

@@ -20,7 +20,7 @@ use crate::commands::view::parse_up;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::load::Seconds;
+use crate::load::{Seconds, tell_crowded_mesh};
 use crate::save::save_bytes;
 use crate::session::{Outcome, Session};
 use crate::task::{Report, Source};
@@ -148,6 +148,7 @@ pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failur
     let mut seconds = Seconds::default();
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
+    tell_crowded_mesh(input, &loaded.mesh, console);
     let made = options.made(&loaded, &session.given, console)?;
     let sights = options.sights(&loaded.mesh, &session.given);
     let drawn = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made, &sights))?;

@@ -20,7 +20,7 @@ use crate::commands::lod::place::Place;
 use crate::console::Console;
 use crate::counted::counted;
 use crate::failure::Failure;
-use crate::load::{Loading, Seconds, tell_unused};
+use crate::load::{Loading, Seconds, tell_crowded_mesh, tell_unused};
 use crate::save::{Outputs, make_folder_of, save};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{
@@ -76,6 +76,9 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
     tell_unused(input, &loaded, console);
+    if options.policy.forbids_intersections() || !options.steps.errors.is_empty() {
+        tell_crowded_mesh(input, &loaded.mesh, console);
+    }
     let steps = options.steps.or_default(Some(loaded.mesh.topology().face_count()), console);
     let place = Place::new(options, steps.count(), &session.given)?;
     let steps = steps.of(&loaded.mesh, loading.relative)?;

@@ -19,7 +19,7 @@ use crate::counted::counted;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::{self, Passes, RegionSettings};
-use crate::load::{Loading, Seconds, tell_unused};
+use crate::load::{Loading, Seconds, tell_crowded_mesh, tell_unused};
 use crate::save::make_folder_of;
 use crate::simplify_options::{
     Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall, tell_turned_over,
@@ -136,6 +136,9 @@ pub(crate) fn one(
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     tell_unused(&task.input, &loaded, console);
+    if options.policy.forbids_intersections() || options.targets.limits_error() {
+        tell_crowded_mesh(&task.input, &loaded.mesh, console);
+    }
     let attributes = options.carry.find(&loaded, console)?;
     let name = printable(task.input.display());
     let made = Seconds::time(&mut seconds.compute, || {
