@@ -38,6 +38,11 @@ pub(crate) enum Failure {
         counted(*points, "points")
     )]
     NoFaces { path: PathBuf, points: usize },
+    #[error(
+        "{}: it has points or lines and no faces, but this takes a surface; `convert` keeps it, and --allow-empty passes it on",
+        .0.display()
+    )]
+    OnlyLines(PathBuf),
     #[error("{}: {source}", path.display())]
     Surface { path: PathBuf, source: Box<SurfaceError> },
     #[error("{0}")]
@@ -114,6 +119,12 @@ impl Place {
 }
 
 impl Failure {
+    /// A scene of which no mesh with triangles is left; `faces` is the number of faces that it had.
+    pub(crate) fn no_mesh_left(path: &Path, faces: usize) -> Self {
+        let failure = if faces == 0 { Self::OnlyLines } else { Self::NothingLeft };
+        failure(path.to_owned())
+    }
+
     pub(crate) fn json(source: serde_json::Error) -> Self {
         Self::Json(Box::new(source))
     }
@@ -209,6 +220,7 @@ impl Failure {
             },
             Self::Build { .. }
             | Self::NothingLeft(_)
+            | Self::OnlyLines(_)
             | Self::NoFaces { .. }
             | Self::Surface { .. }
             | Self::Simplify(_)
@@ -235,7 +247,7 @@ impl Failure {
             },
             Self::Folder { .. } => "unreadable",
             Self::NoFiles(_) => "no-files",
-            Self::NothingLeft(_) | Self::NoFaces { .. } => "empty",
+            Self::NothingLeft(_) | Self::OnlyLines(_) | Self::NoFaces { .. } => "empty",
             Self::Record { .. } | Self::Replay(_) => "record",
             Self::Build { source, .. } => match **source {
                 BuildError::TooManyElements { .. } => "too-large",
@@ -307,6 +319,7 @@ impl Failure {
             Self::Folder { path, .. }
             | Self::NoFiles(path)
             | Self::NothingLeft(path)
+            | Self::OnlyLines(path)
             | Self::NoFaces { path, .. }
             | Self::Surface { path, .. }
             | Self::Record { path, .. }
@@ -324,7 +337,9 @@ impl Failure {
                 ReadErrorKind::Empty { .. } => Some("--allow-empty".into()),
                 _ => None,
             },
-            Self::NothingLeft(_) | Self::NoFaces { .. } => Some("--allow-empty".into()),
+            Self::NothingLeft(_) | Self::OnlyLines(_) | Self::NoFaces { .. } => {
+                Some("--allow-empty".into())
+            }
             Self::Build { source, joined, .. } => {
                 let message = source.to_string();
                 let repairs = message.split('`').skip(1).step_by(2).map(as_option);

@@ -219,6 +219,26 @@ fn positions_that_are_not_finite_are_not_written() {
     }
 }
 
+#[test]
+fn a_scene_of_lines_is_no_surface() {
+    let mut scene = Builder::new();
+    let positions = scene.positions(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let primitive = value!({ "attributes": { "POSITION": positions }, "mode": 3 });
+    let mesh = scene.push("meshes", value!({ "primitives": [primitive] }));
+    scene.node(value!({ "mesh": mesh }));
+    let folder = tempfile::tempdir().unwrap();
+    let input = file(folder.path(), "lines.glb", &scene.glb());
+    let output = folder.path().join("out.glb");
+    let output = output.to_str().unwrap();
+    for command in ["simplify", "lod"] {
+        let (status, said) = code(&[command, &input, "-o", output]);
+        assert!(status == 4 && said.contains("points or lines and no faces"), "{status} {said}");
+        assert_eq!(code(&[command, &input, "-o", output, "--allow-empty"]).0, 0);
+    }
+    json(&["convert", &input, "-o", output]);
+    assert_eq!(document(&input), document(output));
+}
+
 /// The second set of texture coordinates, for a light map.
 #[test]
 fn a_light_map_stays() {

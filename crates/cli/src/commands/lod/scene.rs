@@ -114,7 +114,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let failed = |error| Failure::scene(input, Some(&options.output), error);
     let made = made.map_err(failed)?;
     if made.levels.first().is_none_or(|level| level.meshes.is_empty()) && !loading.allows_empty() {
-        return Err(Failure::NothingLeft(input.clone()));
+        return Err(Failure::no_mesh_left(input, counts[1]));
     }
     let name = printable(input.display());
     tell(&name, &made, console);

@@ -107,7 +107,7 @@ pub(super) fn one(options: &Simplify, task: &Task, console: &Console) -> Result<
     let failed = |error| Failure::scene(&task.input, task.output.as_deref(), error);
     let made = made.map_err(failed)?;
     if made.meshes.is_empty() && !loading.allows_empty() {
-        return Err(Failure::NothingLeft(task.input.clone()));
+        return Err(Failure::no_mesh_left(&task.input, scene.counts()[1] as usize));
     }
     tell(&made, task, console);
     task.save_scene(&made.scene, &options.job.save, &mut seconds, console)?;
