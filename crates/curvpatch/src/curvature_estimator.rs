@@ -170,10 +170,12 @@ impl<'a> CurvatureEstimator<'a> {
         let face_plane = TangentPlane::of_face(self.mesh, point)?;
         let face_sections = self.local_sections(&face_plane);
         let disc_plane = (self.params.normal == NormalRule::Disc).then(|| {
-            if self.params.fits_circles() {
-                face_plane.tilted(LocalFit::new(&self.directions, &face_sections)?.gradient())
-            } else {
-                self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
+            let fit = self.local_fit(&face_sections);
+            match fit.and_then(|fit| face_plane.tilted(fit.gradient())) {
+                None => {
+                    self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
+                }
+                fitted => fitted,
             }
         });
         let (plane, sections) = match disc_plane.flatten() {
@@ -187,13 +189,17 @@ impl<'a> CurvatureEstimator<'a> {
             wrapped: sections.iter().any(|local| local.wrapped),
             face_normal_kept: disc_plane == Some(None),
         };
-        let principal = if self.params.fits_circles() {
-            LocalFit::new(&self.directions, &sections).map(|fit| fit.principal())
-        } else {
+        let fitted = self.local_fit(&sections).map(|fit| fit.principal());
+        let principal = fitted.or_else(|| {
             let weighted = sections.iter().map(LocalSection::weighted);
             Principal::of_sections(&self.params, &self.directions, weighted)
-        };
+        });
         disc_curvature(&plane, radius, principal, flags)
+    }
+
+    /// The fit to the points of all sections, if the parameters ask for it and the points determine it.
+    fn local_fit(&self, sections: &[LocalSection]) -> Option<LocalFit> {
+        if self.params.fits_circles() { LocalFit::new(&self.directions, sections) } else { None }
     }
 
     /// The tangent plane of the disc, fitted to the slopes of sections in the plane of the face. `None` if

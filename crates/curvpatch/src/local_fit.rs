@@ -34,8 +34,12 @@ const STEPS: usize = 10;
 /// The relative change of E at which the iteration ends.
 const TOLERANCE: f64 = 1e-4;
 
+/// The largest relative change of E in the last step. It is larger where the points hardly determine the fit, as at the
+/// corner of a boundary, and the iteration does not converge.
+const MAX_LAST_CHANGE: f64 = 0.02;
+
 impl LocalFit {
-    /// The fit to the points of the sections in `directions`. `None` if the points do not determine it.
+    /// The fit to the points of the sections in `directions`. `None` if the points do not determine it, or hardly.
     pub(crate) fn new(directions: &[Direction], sections: &[LocalSection]) -> Option<Self> {
         let rows = directions.iter().zip(sections).flat_map(|(direction, section)| {
             let is_beyond_first_face = |point: &&SectionPoint| point.along != 0.0;
@@ -48,6 +52,7 @@ impl LocalFit {
         rows.iter_mut().for_each(|row| row.linear *= row.unit / unit);
         let equations = NormalEquations::new(&rows)?;
         let mut fit = equations.solve(&rows, |row| 2.0 * row.depth * row.unit);
+        let mut change = f64::INFINITY;
         for _ in 0..STEPS {
             let [min, max] = extremes(fit.euler);
             let [(first, axis), (second, _)] =
@@ -60,17 +65,19 @@ impl LocalFit {
                 let squares = second * row.depth * row.depth + (first - second) * bend * bend;
                 2.0 * row.depth * row.unit - squares
             });
-            let change = (next.euler - fit.euler).abs().max_element();
             if !(next.euler.is_finite() && next.slope.is_finite()) {
-                break;
+                return None;
             }
+            let difference = (next.euler - fit.euler).abs().max_element();
+            let size = next.euler.abs().max_element();
             fit = next;
-            if change <= TOLERANCE * fit.euler.abs().max_element() {
+            change = if difference > 0.0 { difference / size } else { 0.0 };
+            if change <= TOLERANCE {
                 break;
             }
         }
         fit.slope /= unit;
-        Some(fit)
+        (change <= MAX_LAST_CHANGE).then_some(fit)
     }
 
     /// The gradient of the surface over the plane of the sections.

@@ -2,9 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 
 use curvpatch::{CurvatureError, CurvatureEstimator, DiscCurvature, DiscSize, Params};
+use glam::DVec3;
 use mesh_core::SplitMix64;
 use mesh_core::{FaceId, TriMesh};
 use mesh_shapes::{Irregular, Saddle, Torus};
@@ -91,6 +92,35 @@ fn open_cylinders_are_straight_along_their_axis() {
             );
             assert!(k2.abs() < 0.02 * 2.5, "{sides} x {rows}: k2 = {k2} at {}", disc.center);
         }
+    }
+}
+
+/// At the boundary, the points of sections do not always determine a quadric.
+#[test]
+fn curvatures_at_the_boundary_of_half_a_torus_are_bounded() {
+    let (major, minor) = (2.0, 0.7);
+    for (around, across) in [(24, 8), (16, 6), (40, 10)] {
+        let point = |i: u32, j: u32| {
+            let (v, u) = (f64::from(i) / f64::from(around), f64::from(j) / f64::from(across));
+            let ((y, x), (height, out)) = ((TAU * v).sin_cos(), (PI * u).sin_cos());
+            let radius = major + minor * out;
+            DVec3::new(radius * x, radius * y, minor * height)
+        };
+        let index = |i: u32, j: u32| (i % around) * (across + 1) + j;
+        let points: Vec<DVec3> =
+            (0..around).flat_map(|i| (0..=across).map(move |j| point(i, j))).collect();
+        let cells = (0..around).flat_map(|i| (0..across).map(move |j| (i, j)));
+        let split = |(i, j): (u32, u32)| {
+            let [a, b, c, d] =
+                [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| index(i, j));
+            if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+        };
+        let triangles: Vec<[u32; 3]> = cells.flat_map(split).collect();
+        let found = discs(&TriMesh::from_triangles(&points, &triangles).unwrap());
+        assert!(found.iter().any(|disc| disc.truncated));
+        let largest =
+            found.iter().flat_map(|disc| disc.curvatures).fold(0.0, |k: f64, l| k.max(l.abs()));
+        assert!(largest < 2.0 / minor, "{around} x {across}: {largest}");
     }
 }
 
