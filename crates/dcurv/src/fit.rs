@@ -114,7 +114,7 @@ pub struct FittedCurvature {
 /// The curvature of the surface fitted at a vertex; see the [module page](self).
 ///
 /// `None` where the points do not determine a surface, or where the vertex has no normal: at isolated vertices, in
-/// pieces of fewer than six vertices, in degenerate triangles.
+/// pieces of fewer than six vertices, in degenerate triangles, on curved strips of one row of faces.
 ///
 /// # Panics
 /// When the vertex is out of range for this mesh.
@@ -194,6 +194,10 @@ impl<'a> Fitter<'a> {
     const LEAST_SLOPE: f64 = 1e-8;
     /// The largest slope of a fit that is compared with others, against a tangent plane that more points determine.
     const MOST_SLOPE: f64 = 1.0;
+
+    /// The smallest cosine of the angle between the normal of a fit to a strip and the normal of the vertex. Two rows of
+    /// points do not determine the curvature across them: both circles of a cylinder lie on a sphere as well.
+    const LEAST_STRIP_COSINE: f64 = 0.999_999;
 
     fn new(mesh: &'a TriMesh, normals: Option<&'a [DVec3]>, options: JetFitOptions) -> Self {
         Self {
@@ -286,6 +290,12 @@ impl<'a> Fitter<'a> {
         }
         let exact = best
             .and_then(|(found, tangent)| FittedCurvature::new(&found.fit, &tangent, found.error()));
+        let normal = self.near.normal(vertex);
+        let is_tilted =
+            exact.is_some_and(|fit| fit.frame.normal.dot(normal) < Self::LEAST_STRIP_COSINE);
+        if is_tilted && self.near.is_strip() {
+            return None;
+        }
         if let Some((found, _)) = best
             && found.noise <= Self::least_noise(&found)
         {

@@ -171,6 +171,11 @@ impl<'a> Neighbourhood<'a> {
         self.points.sort_unstable_by(|a, b| square(a).total_cmp(&square(b)));
     }
 
+    /// Whether all collected vertices are at the boundary, as on a strip of one row of faces.
+    pub(crate) fn is_strip(&self) -> bool {
+        self.vertices.iter().all(|&v| self.mesh.topology().is_boundary_vertex(v))
+    }
+
     /// The distance of the farthest point; 0 without points.
     pub(crate) fn reach(&self) -> f64 {
         self.points.last().map_or(0.0, |point| point.at.length())

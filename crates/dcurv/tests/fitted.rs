@@ -314,6 +314,32 @@ fn crowded_disc(count: u32) -> TriMesh {
     TriMesh::from_triangles(&vertices, &triangles).unwrap()
 }
 
+/// Both circles of a cylinder of one row lie on a sphere, too. A flat strip is flat.
+#[test]
+fn strips_of_one_row_have_no_curvature_unless_they_are_flat() {
+    for (inner, height) in [(1.0, 2.0), (1.0, 0.3), (0.5, 0.7), (0.5, 0.0)] {
+        let count = 24;
+        let rim = |i: u32, radius: f64, z: f64| {
+            let (y, x) = (f64::from(i) * core::f64::consts::TAU / f64::from(count)).sin_cos();
+            DVec3::new(radius * x, radius * y, z)
+        };
+        let points = (0..count).map(|i| rim(i, 1.0, 0.0));
+        let points: Vec<DVec3> = points.chain((0..count).map(|i| rim(i, inner, height))).collect();
+        let sides = |i: u32| {
+            let next = (i + 1) % count;
+            [[i, next, next + count], [i, next + count, i + count]]
+        };
+        let triangles: Vec<[u32; 3]> = (0..count).flat_map(sides).collect();
+        let mesh = TriMesh::from_triangles(&points, &triangles).unwrap();
+        for (_, fit) in fitted_curvatures(&mesh, &JetFitOptions::default()).iter() {
+            match fit {
+                None => assert!(height > 0.0),
+                Some(fit) => assert!(height == 0.0 && fit.frame.k_max.value().abs() < 1e-9),
+            }
+        }
+    }
+}
+
 /// The default radius is reduced so that the total number of faces in balls is at most 1,000 per vertex, as a sample
 /// shows, and 400 in a mesh with a vertex of very high valence.
 #[test]
