@@ -9,8 +9,21 @@ const ABOVE_ONE: f32 = 1.5;
 /// renderer. In a range up to 255, such channels are almost black, and few.
 const SHARE_BELOW_ONE: f64 = 0.1;
 
-/// Divides colours above 1 by the value of full intensity, and adds a note. Light beyond white stays.
+/// The colour of a vertex without one in a file where others have one.
+#[cfg(feature = "obj")]
+pub(crate) const NO_COLOR: [f32; 4] = [f32::NAN; 4];
+
+/// Divides colours above 1 by the value of full intensity, and adds a note. Light beyond white stays. What has no colour
+/// becomes white.
 pub(crate) fn to_unit_range(model: &mut Model) {
+    divide(model);
+    for colors in [&mut model.vertex_colors, &mut model.face_colors].into_iter().flatten() {
+        let missing = colors.iter_mut().filter(|color| color.iter().all(|value| value.is_nan()));
+        missing.for_each(|color| *color = [1.0; 4]);
+    }
+}
+
+fn divide(model: &mut Model) {
     for (colors, of) in [(&mut model.vertex_colors, "vertices"), (&mut model.face_colors, "faces")]
     {
         let Some(colors) = colors else { continue };

@@ -616,3 +616,16 @@ fn files_that_are_no_meshes_are_named() {
         assert!(error.contains(word), "{error}");
     }
 }
+
+/// A vertex without a colour is white, whatever the range of the others is.
+#[test]
+fn vertices_without_a_colour_are_white() {
+    for range in ["255", "1", "65535"] {
+        let text =
+            format!("v 0 0 0 {range} 0 0\nv 1 0 0\nv 1 1 0 0 {range} 0\nv 0 1 0\nf 1 2 3 4\n");
+        let options = ReadOptions { format: Some(Format::Obj), ..ReadOptions::default() };
+        let model = read_from(&mut text.as_bytes(), &options).unwrap();
+        let (red, green) = ([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]);
+        assert_eq!(model.vertex_colors, Some(vec![red, [1.0; 4], green, [1.0; 4]]), "{range}");
+    }
+}

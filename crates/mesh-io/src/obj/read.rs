@@ -3,6 +3,7 @@
 use super::material;
 use super::polypaint::Polypaint;
 use crate::budget::GROWING;
+use crate::color_range::NO_COLOR;
 use crate::error::ReadErrorKind;
 use crate::external::Files;
 use crate::input::{Input, Line, integer, number};
@@ -201,8 +202,8 @@ impl Reader {
         let (position, color) = position(line)?;
         let vertices = self.soup.vertex_count();
         if color.is_some() || !self.colors.is_empty() {
-            self.colors.resize(vertices, [1.0; 4]);
-            self.colors.push(color.unwrap_or([1.0; 4]));
+            self.colors.resize(vertices, NO_COLOR);
+            self.colors.push(color.unwrap_or(NO_COLOR));
         }
         self.soup.push_vertex(position);
         // Includes memory for a colour, whether or not there is one yet.
@@ -257,7 +258,7 @@ impl Reader {
             normals.resize(corners, [f32::NAN; 3]);
         }
         if !self.colors.is_empty() {
-            self.colors.resize(self.soup.vertex_count(), [1.0; 4]);
+            self.colors.resize(self.soup.vertex_count(), NO_COLOR);
         }
         let why = "a face needs three";
         self.notes.lose_some("faces of fewer than three corners", self.small_faces, why);
