@@ -44,6 +44,7 @@ mod text;
 mod to_model;
 #[cfg(feature = "gltf")]
 mod vertex_cache;
+mod whole_numbers;
 mod write;
 mod write_options;
 mod write_passing;

@@ -103,6 +103,7 @@ fn read_stream(
         }
     }?;
     crate::color_range::to_unit_range(&mut model);
+    crate::whole_numbers::mark_labels(&mut model);
     let empty = model.soup.vertex_count() == 0 && model.soup.face_count() == 0;
     if empty && !options.allow_empty {
         return Err(ReadErrorKind::Empty { notes: model.notes }.into());

@@ -22,7 +22,8 @@ pub struct Scalars {
     /// The numbers, in their type.
     pub values: ScalarValues,
     /// Whether the numbers are labels. A label is copied from the nearest vertex or face; other numbers are
-    /// interpolated. Integers are labels unless stated otherwise.
+    /// interpolated. Integers are labels unless stated otherwise, and so are up to 256 different numbers without fractions
+    /// in a file.
     pub is_label: bool,
 }
 

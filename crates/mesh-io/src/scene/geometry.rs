@@ -101,6 +101,7 @@ impl Scene {
         let mut model = read_mesh(document, plan, mesh)?;
         number_materials(&mut model);
         to_unit_range(&mut model);
+        crate::whole_numbers::mark_labels(&mut model);
         let mut first = Vec::with_capacity(mesh_plan.sets.len());
         let mut vertices = 0;
         for set in &mesh_plan.sets {
