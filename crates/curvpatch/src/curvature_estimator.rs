@@ -171,12 +171,10 @@ impl<'a> CurvatureEstimator<'a> {
         let face_sections = self.local_sections(&face_plane);
         let disc_plane = (self.params.normal == NormalRule::Disc).then(|| {
             let fit = self.local_fit(&face_sections);
-            match fit.and_then(|fit| face_plane.tilted(fit.gradient())) {
-                None => {
-                    self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
-                }
-                fitted => fitted,
-            }
+            let fitted = fit.and_then(|fit| face_plane.tilted(fit.gradient()));
+            fitted.or_else(|| {
+                self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
+            })
         });
         let (plane, sections) = match disc_plane.flatten() {
             Some(plane) => (plane, self.local_sections(&plane)),
