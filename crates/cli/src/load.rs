@@ -471,8 +471,8 @@ fn tell_crowded<F: AsRef<[u32]>>(
     let most = counts.iter().enumerate().max_by_key(|(v, count)| (**count, Reverse(*v)));
     if let Some((v, &count)) = most.filter(|(_, count)| **count >= CROWDED) {
         console.message(format_args!(
-            "{}: vertex {v} has {}: if they do not lie in a plane, this takes time in proportion to the square of \
-             their number; `simplify --preset fast` does not, and leaves fewer",
+            "{}: vertex {v} has {}; unless they lie in a plane, the time grows with the square of their number; \
+             `simplify --preset fast` makes a mesh with fewer",
             printable(path.display()),
             counted(count as usize, "faces")
         ));
