@@ -2,6 +2,7 @@
 
 pub mod attribute;
 pub mod build;
+mod checksum;
 pub mod edit;
 pub mod index;
 pub mod measure;
@@ -39,6 +40,8 @@ pub use build::{
     BuildError, BuildReport, Built, Provenance, Repair, Weld, build, cut_non_manifold,
 };
 #[doc(inline)]
+pub use checksum::Checksum;
+
 pub use edit::compact::{Remap, RemapOf};
 #[doc(inline)]
 pub use edit::split_components::Component;

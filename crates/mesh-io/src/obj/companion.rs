@@ -8,54 +8,13 @@
 
 use crate::atomic::{Beside, prepare_unlinked};
 use crate::error::WriteError;
+use mesh_core::Checksum;
 use std::fs::{self, File, Metadata};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// The longest line that is examined here.
 const LONGEST_LINE: u64 = 1 << 16;
-
-/// A checksum: 64-bit FNV-1a. It detects accidental changes, but not deliberate ones.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Checksum(u64);
-
-impl Checksum {
-    pub(super) fn of(bytes: &[u8]) -> Self {
-        let mut sum = Self::default();
-        sum.add(bytes);
-        sum
-    }
-
-    fn add(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-}
-
-impl Default for Checksum {
-    fn default() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl std::fmt::Display for Checksum {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:016x}", self.0)
-    }
-}
-
-/// Adds written bytes to the checksum.
-impl Write for Checksum {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.add(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
-}
 
 /// The first line of the library for the OBJ file of this name.
 pub(super) fn first_line(output: &str, rest: Checksum) -> String {
@@ -86,7 +45,8 @@ impl Earlier {
         };
         next(&mut line).ok()?;
         let first = String::from_utf8(line.trim_ascii_end().to_vec()).ok()?;
-        if first.rsplit_once(' ')?.0 != first_line(output, Checksum(0)).rsplit_once(' ')?.0 {
+        if first.rsplit_once(' ')?.0 != first_line(output, Checksum::default()).rsplit_once(' ')?.0
+        {
             return None;
         }
         let (mut rest, mut pictures) = (Checksum::default(), Vec::new());

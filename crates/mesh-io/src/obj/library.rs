@@ -1,12 +1,13 @@
 //! Writing of the material library and the pictures beside an OBJ file.
 
-use super::companion::{Checksum, Companions, Earlier, first_line, picture_line};
+use super::companion::{Companions, Earlier, first_line, picture_line};
 use super::material::named;
 use super::names::{file_name, material_names, one_line};
 use crate::atomic::Beside;
 use crate::decimal::Decimal;
 use crate::error::WriteError;
 use crate::model::{Image, ImageData, Model};
+use mesh_core::Checksum;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 use std::io::{ErrorKind, Read, Write};
 
 use glam::DVec3;
-use mesh_core::{HalfEdgeId, Handle, TriMesh, VertexId, as_u32};
+use mesh_core::{Checksum, HalfEdgeId, Handle, TriMesh, VertexId, as_u32};
 
 use crate::record::log::{CollapseLog, LogEntry};
 
@@ -40,6 +40,9 @@ pub enum RecordError {
     /// The record belongs to another mesh of the same size.
     #[error("the record is of another mesh of the same size")]
     OtherMesh,
+    /// The bytes are not those that were written, or they end after the last collapse.
+    #[error("the record was cut off or changed after it was written; make it again")]
+    Damaged,
     /// A collapse names an element that the mesh does not have, or its position is not finite.
     #[error("collapse {collapse} does not fit the mesh")]
     Misfit {
@@ -150,19 +153,14 @@ fn entry(mesh: &TriMesh, bytes: &[u8; 48]) -> Option<LogEntry> {
     })
 }
 
-/// FNV-1a over the bits of the positions and the indices of the triangles.
+/// The checksum of the bits of the positions and the indices of the triangles.
 fn fingerprint(mesh: &TriMesh) -> u64 {
-    let mut hash = 0xCBF2_9CE4_8422_2325_u64;
-    let mut add = |bytes: &[u8]| {
-        for &byte in bytes {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3);
-        }
-    };
+    let mut sum = Checksum::default();
     for v in mesh.topology().vertices() {
-        mesh.position(v).to_array().iter().for_each(|x| add(&x.to_bits().to_le_bytes()));
+        mesh.position(v).to_array().iter().for_each(|x| sum.add(&x.to_bits().to_le_bytes()));
     }
     for triangle in mesh.topology().triangles() {
-        triangle.iter().for_each(|v| add(&v.to_le_bytes()));
+        triangle.iter().for_each(|v| sum.add(&v.to_le_bytes()));
     }
-    hash
+    sum.value()
 }
