@@ -143,19 +143,25 @@ fn levels_are_nested_and_a_record_replays_them_exactly() {
     assert_eq!(status, 3);
     assert!(message.contains("1800 vertices"), "{message}");
     let mut bytes = std::fs::read(&record).unwrap();
-    bytes.truncate(bytes.len() - 5);
-    std::fs::write(&record, &bytes).unwrap();
-    let (status, message) = replay(&input);
-    assert!(status == 3 && message.contains("ends within collapse"), "{message}");
-    // A half-edge that does not exist, and one that can no longer be collapsed.
-    for half_edge in [u32::MAX, 0] {
+    for (cut, reason) in [(5, "cut off or changed"), (60, "ends within collapse")] {
+        std::fs::write(&record, &bytes[..bytes.len() - cut]).unwrap();
+        let (status, message) = replay(&input);
+        assert!(status == 3 && message.contains(reason), "{message}");
+    }
+    // Two collapses of a half-edge that does not exist, or of one that can no longer be collapsed; with a checksum.
+    let trailer = bytes[bytes.len() - 32..bytes.len() - 8].to_vec();
+    bytes.truncate(28 + 96);
+    bytes[24..28].copy_from_slice(&2_u32.to_le_bytes());
+    for (half_edge, reason) in [(u32::MAX, "does not fit the mesh"), (0, "belong to another mesh")]
+    {
         for place in [28, 28 + 48] {
             bytes[place..place + 4].copy_from_slice(&half_edge.to_le_bytes());
         }
-        std::fs::write(&record, &bytes[..28 + 96]).unwrap();
-        bytes[24..28].copy_from_slice(&2_u32.to_le_bytes());
-        std::fs::write(&record, &bytes[..28 + 96]).unwrap();
-        assert_eq!(replay(&input).0, 3);
+        let mut content = [&bytes[..], &trailer].concat();
+        content.extend(mesh_core::Checksum::of(&content).value().to_le_bytes());
+        std::fs::write(&record, content).unwrap();
+        let (status, message) = replay(&input);
+        assert!(status == 3 && message.contains(reason), "{message}");
     }
 }
 

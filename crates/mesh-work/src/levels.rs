@@ -2,7 +2,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 
-use mesh_core::{TriMesh, as_u32};
+use mesh_core::{Checksum, TriMesh, as_u32};
 use mesh_io::{Model, ModelError};
 use mesh_metric::{CompareOptions, Comparison, Surface, SurfaceError, compare};
 use simplify::{
@@ -59,59 +59,55 @@ pub struct LevelRecord {
     pub limits: FaceLimits,
 }
 
-/// What follows the collapses in a record if charts were merged, before the number of faces.
-const ROOM: &[u8; 4] = b"ROOM";
-
-/// What follows then if there are limits on new faces, before the limits.
-const LIMITS: &[u8; 4] = b"LIMS";
+/// What stands for "no charts were merged" in a record.
+const NO_ROOM: u32 = u32::MAX;
 
 impl LevelRecord {
-    /// Writes the log, and after it `ROOM` and the number of faces (4 bytes, little-endian) if charts were merged, and
-    /// `LIMS`, the greatest length of an edge, the smallest angle in radians (8 bytes each, NaN for no limit) and the
-    /// greatest valence (4 bytes, 0 for no limit) if there are limits on new faces.
+    /// Writes the log as [`CollapseLog::write`] does, and after it, in little-endian order:
+    ///
+    /// | bytes | what |
+    /// |---|---|
+    /// | 4 | the number of faces that charts were merged for, 2³² - 1 if none were |
+    /// | 8, 8 | the greatest length of an edge and the smallest angle in radians, NaN for no limit |
+    /// | 4 | the greatest valence, 0 for no limit |
+    /// | 8 | the checksum [`Checksum`] of all bytes before |
     ///
     /// # Errors
     /// The writer fails.
     pub fn write(&self, mesh: &TriMesh, writer: &mut dyn Write) -> std::io::Result<()> {
-        self.log.write(mesh, writer)?;
-        if let Some(room) = self.room {
-            writer.write_all(ROOM)?;
-            writer.write_all(&room.to_le_bytes())?;
+        let mut summing = Summing { inner: writer, sum: Checksum::default() };
+        self.log.write(mesh, &mut summing)?;
+        summing.write_all(&self.room.unwrap_or(NO_ROOM).to_le_bytes())?;
+        let FaceLimits { max_edge, min_angle, max_valence } = self.limits;
+        for number in [max_edge, min_angle] {
+            summing.write_all(&number.unwrap_or(f64::NAN).to_le_bytes())?;
         }
-        if self.limits.is_any() {
-            let FaceLimits { max_edge, min_angle, max_valence } = self.limits;
-            writer.write_all(LIMITS)?;
-            for number in [max_edge, min_angle] {
-                writer.write_all(&number.unwrap_or(f64::NAN).to_le_bytes())?;
-            }
-            writer.write_all(&max_valence.map_or(0, as_u32).to_le_bytes())?;
-        }
-        Ok(())
+        summing.write_all(&max_valence.map_or(0, as_u32).to_le_bytes())?;
+        let sum = summing.sum.value();
+        summing.inner.write_all(&sum.to_le_bytes())
     }
 
     /// Reads the record of a run on this mesh.
     ///
     /// # Errors
-    /// The bytes are not a record, or belong to another mesh.
+    /// The bytes are not a record, do not match their checksum, or belong to another mesh.
     pub fn read(mesh: &TriMesh, reader: &mut dyn Read) -> Result<Self, RecordError> {
-        let mut record = Self { log: CollapseLog::read(mesh, reader)?, ..Self::default() };
-        while let Some(name) = next(reader)? {
-            match &name {
-                ROOM => record.room = next(reader)?.map(u32::from_le_bytes),
-                LIMITS => {
-                    let max_edge = next(reader)?.map(f64::from_le_bytes);
-                    let min_angle = next(reader)?.map(f64::from_le_bytes);
-                    let valence = next(reader)?.map(u32::from_le_bytes);
-                    record.limits = FaceLimits {
-                        max_edge: max_edge.filter(|length| !length.is_nan()),
-                        min_angle: min_angle.filter(|angle| !angle.is_nan()),
-                        max_valence: valence.filter(|&count| count > 0).map(|n| n as usize),
-                    };
-                }
-                _ => break,
-            }
+        let mut summing = Summing { inner: reader, sum: Checksum::default() };
+        let log = CollapseLog::read(mesh, &mut summing)?;
+        let room = u32::from_le_bytes(next(&mut summing)?);
+        let max_edge = f64::from_le_bytes(next(&mut summing)?);
+        let min_angle = f64::from_le_bytes(next(&mut summing)?);
+        let max_valence = u32::from_le_bytes(next(&mut summing)?);
+        let sum = summing.sum.value();
+        if u64::from_le_bytes(next(summing.inner)?) != sum {
+            return Err(RecordError::Damaged);
         }
-        Ok(record)
+        let limits = FaceLimits {
+            max_edge: Some(max_edge).filter(|length| !length.is_nan()),
+            min_angle: Some(min_angle).filter(|angle| !angle.is_nan()),
+            max_valence: Some(max_valence as usize).filter(|&count| count > 0),
+        };
+        Ok(Self { log, room: Some(room).filter(|&room| room != NO_ROOM), limits })
     }
 
     /// The attributes with the charts that the run has merged.
@@ -122,13 +118,39 @@ impl LevelRecord {
     }
 }
 
-/// The next bytes; `None` at the end.
-fn next<const N: usize>(reader: &mut dyn Read) -> std::io::Result<Option<[u8; N]>> {
+/// The next bytes of a record.
+fn next<const N: usize>(reader: &mut dyn Read) -> Result<[u8; N], RecordError> {
     let mut bytes = [0; N];
     match reader.read_exact(&mut bytes) {
-        Ok(()) => Ok(Some(bytes)),
-        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(None),
-        Err(error) => Err(error),
+        Ok(()) => Ok(bytes),
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Err(RecordError::Damaged),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// A reader or writer with the checksum of the bytes that pass through it.
+struct Summing<'i, T: ?Sized> {
+    inner: &'i mut T,
+    sum: Checksum,
+}
+
+impl Write for Summing<'_, dyn Write + '_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let count = self.inner.write(bytes)?;
+        self.sum.add(bytes.get(..count).unwrap_or_default());
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+impl Read for Summing<'_, dyn Read + '_> {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.inner.read(bytes)?;
+        self.sum.add(bytes.get(..count).unwrap_or_default());
+        Ok(count)
     }
 }
 

@@ -197,6 +197,13 @@ fn levels_merge_charts_and_their_record_knows_it() {
     record.write(mesh, &mut bytes).unwrap();
     let again = LevelRecord::read(mesh, &mut &bytes[..]).unwrap();
     assert_eq!((again.room, again.limits), (Some(300), record.limits));
+    // Cut off anywhere, or with one bit changed in any of its bytes, the record is refused.
+    for end in 0..bytes.len() {
+        assert!(LevelRecord::read(mesh, &mut &bytes[..end]).is_err(), "the first {end} bytes");
+        let mut changed = bytes.clone();
+        changed[end] ^= 1 << (end % 8);
+        assert!(LevelRecord::read(mesh, &mut &changed[..]).is_err(), "byte {end} changed");
+    }
     let levels = |record: &LevelRecord, attributes: &Attributes| {
         let levels = steps.levels(record, source, attributes, ErrorCheck::Sampled).unwrap();
         levels.into_iter().map(|level| level.model).collect::<Vec<_>>()

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use mesh_core::TriMesh;
 use mesh_shapes::Sphere;
+use mesh_work::LevelRecord;
 use simplify::{CollapseLog, Options, Preset, simplify};
 
 use crate::shape::assert_sound;
@@ -21,6 +22,13 @@ pub fn attack(data: &[u8]) {
             bytes[at] = value;
         }
     }
+    // The checksum of the file finds every change. Below, the log has none.
+    let is_read = LevelRecord::read(mesh, &mut bytes.as_slice()).is_ok();
+    assert_eq!(
+        is_read,
+        bytes.starts_with(good),
+        "a changed record was read, or a good one was refused"
+    );
     match CollapseLog::read(mesh, &mut bytes.as_slice()) {
         Ok(log) => levels(mesh, &log),
         Err(error) => assert!(!error.to_string().is_empty()),
@@ -55,7 +63,8 @@ fn good() -> &'static (TriMesh, Vec<u8>) {
         let options = Options::preset(Preset::Fast).to_faces(8);
         let log = simplify(&mesh, &options).expect("a sphere can be simplified").log;
         let mut bytes = Vec::new();
-        log.write(&mesh, &mut bytes).expect("a vector takes everything");
+        let record = LevelRecord { log, ..LevelRecord::default() };
+        record.write(&mesh, &mut bytes).expect("a vector takes everything");
         (mesh, bytes)
     })
 }
