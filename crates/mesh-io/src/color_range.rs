@@ -27,29 +27,47 @@ fn divide(model: &mut Model) {
     for (colors, of) in [(&mut model.vertex_colors, "vertices"), (&mut model.face_colors, "faces")]
     {
         let Some(colors) = colors else { continue };
-        let largest = |from: usize, to: usize| {
-            let channels = colors.iter().flat_map(|color| &color[from..to]);
-            channels.copied().filter(|value| value.is_finite()).fold(0.0, f32::max)
-        };
-        let (most, opacity) = (largest(0, 3), largest(3, 4));
-        if most > ABOVE_ONE && is_beyond_white(colors) {
-            model
+        match range(colors) {
+            Range::Unit => {}
+            Range::BeyondWhite(most) => model
                 .notes
-                .push(format!("colours of {of} are up to {most}: kept as light beyond white"));
-            continue;
+                .push(format!("colours of {of} are up to {most}: kept as light beyond white")),
+            Range::UpTo([full, full_opacity]) => {
+                for [channels @ .., opacity] in colors.iter_mut() {
+                    channels.iter_mut().for_each(|value| *value /= full);
+                    *opacity /= full_opacity;
+                }
+                let full = full.max(full_opacity);
+                model.notes.push(format!("colours of {of} are above 1: divided by {full}"));
+            }
         }
-        // A colour without opacity is opaque, which is 1 in any range.
-        let full = full_intensity(most);
-        let full_opacity = if opacity > ABOVE_ONE { full_intensity(opacity) } else { 1.0 };
-        if full == 1.0 && full_opacity == 1.0 {
-            continue;
-        }
-        for [channels @ .., opacity] in colors.iter_mut() {
-            channels.iter_mut().for_each(|value| *value /= full);
-            *opacity /= full_opacity;
-        }
-        let full = full.max(full_opacity);
-        model.notes.push(format!("colours of {of} are above 1: divided by {full}"));
+    }
+}
+
+/// The range of colours.
+pub(crate) enum Range {
+    /// From 0 to 1.
+    Unit,
+    /// From 0 to 1, and brighter light up to this value.
+    BeyondWhite(f32),
+    /// From 0 to these values for full intensity and full opacity.
+    UpTo([f32; 2]),
+}
+
+pub(crate) fn range(colors: &[[f32; 4]]) -> Range {
+    let largest = |from: usize, to: usize| {
+        let channels = colors.iter().flat_map(|color| &color[from..to]);
+        channels.copied().filter(|value| value.is_finite()).fold(0.0, f32::max)
+    };
+    let (most, opacity) = (largest(0, 3), largest(3, 4));
+    if most > ABOVE_ONE && is_beyond_white(colors) {
+        return Range::BeyondWhite(most);
+    }
+    // A colour without opacity is opaque, which is 1 in any range.
+    let full_opacity = if opacity > ABOVE_ONE { full_intensity(opacity) } else { 1.0 };
+    match [full_intensity(most), full_opacity] {
+        [1.0, 1.0] => Range::Unit,
+        full => Range::UpTo(full),
     }
 }
 
@@ -64,7 +82,7 @@ fn is_beyond_white(colors: &[[f32; 4]]) -> bool {
 }
 
 /// The value of full intensity, if the largest channel is `most`.
-fn full_intensity(most: f32) -> f32 {
+pub(crate) fn full_intensity(most: f32) -> f32 {
     match most {
         most if most <= ABOVE_ONE => 1.0,
         most if most <= 255.0 => 255.0,

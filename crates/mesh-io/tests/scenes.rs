@@ -577,3 +577,64 @@ fn images_in_addresses_become_views_of_a_binary_file() {
     assert_eq!(json["images"][0]["bufferView"], 0);
     assert_eq!(buffers[0][..picture.len()], picture[..]);
 }
+
+proptest! {
+    /// Colours with a range other than 0 to 1 are divided, in a model and in a scene alike, and a note says so.
+    #[test]
+    fn colors_of_a_scene_are_from_0_to_1(
+        (kind, width, bytes) in (0..6_usize, 3..=4_usize, prop::collection::vec(prop::array::uniform4(0..=255_u8), 3..30)),
+    ) {
+        // The range shows in the data: full intensity is there, and few channels are almost black.
+        let bytes: Vec<[u8; 4]> = bytes.into_iter().chain([[255, 128, 64, 255]]).map(|c| c.map(|v| v.max(2))).collect();
+        let (component, full, normalized) =
+            [(5121, 255.0, true), (5121, 255.0, false), (5123, 255.0, false), (5123, 65535.0, false), (5126, 255.0, false), (5126, 1.0, false)][kind];
+        let channel = |value: u8| -> Vec<u8> {
+            let value = f64::from(value) / 255.0 * full;
+            match component {
+                5121 => vec![value.round() as u8],
+                5123 => (value.round() as u16).to_le_bytes().to_vec(),
+                _ => (value as f32).to_le_bytes().to_vec(),
+            }
+        };
+        let mut builder = Builder::new();
+        let mut packed = Vec::new();
+        for color in &bytes {
+            packed.extend(color[..width].iter().flat_map(|&value| channel(value)));
+            packed.resize(packed.len().next_multiple_of(4), 0);
+        }
+        let stride = packed.len() / bytes.len();
+        let colors = builder.accessor(["VEC3", "VEC4"][width - 3], component, bytes.len(), &packed);
+        builder.json["bufferViews"][colors]["byteStride"] = stride.into();
+        if normalized {
+            builder.json["accessors"][colors]["normalized"] = true.into();
+        }
+        let places: Vec<[f32; 3]> = (0..bytes.len()).map(|v| [v as f32, (v * v) as f32, 0.0]).collect();
+        let triangles: Vec<[u32; 3]> = (2..bytes.len() as u32).map(|v| [0, v - 1, v]).collect();
+        let attributes = json!({ "POSITION": builder.positions(&places), "COLOR_0": colors });
+        let primitive = json!({ "attributes": attributes, "indices": builder.indices(&triangles) });
+        let mesh = builder.push("meshes", json!({ "primitives": [primitive] }));
+        builder.node(json!({ "mesh": mesh }));
+        let file = builder.glb();
+        let read = scene(&file);
+        let model = read_from(&mut &file[..], &ReadOptions::default()).unwrap();
+        let again = written(&read, Format::Glb);
+        let carried = read_from(&mut &again[..], &ReadOptions::default()).unwrap();
+        for model in [&model, &carried] {
+            for (color, expected) in model.vertex_colors.as_ref().unwrap().iter().zip(&bytes) {
+                for k in 0..width {
+                    prop_assert!((color[k] - f32::from(expected[k]) / 255.0).abs() < 1e-5, "{color:?} {expected:?}");
+                }
+            }
+        }
+        let is_right = normalized || full == 1.0;
+        prop_assert_eq!(read.notes().is_empty(), is_right, "{:?}", read.notes());
+        prop_assert_eq!(model.notes.is_empty(), is_right, "{:?}", model.notes);
+        let (json, buffers) = content(&again);
+        let accessor = &json["accessors"][json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"].as_u64().unwrap() as usize];
+        prop_assert!(accessor["componentType"] == 5126 || accessor["normalized"] == true, "{accessor}");
+        prop_assert!(is_right == (without(&content(&file).0, &["asset", "buffers"]) == without(&json, &["asset", "buffers"])));
+        // What is replaced does not stay in the file.
+        let before = content(&file).1[0].len() - stride * bytes.len();
+        prop_assert!(buffers[0].len() <= 16 + before + 4 * width * bytes.len());
+    }
+}

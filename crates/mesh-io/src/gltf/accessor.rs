@@ -4,6 +4,7 @@ use super::compressed::decompress;
 use super::parts::part;
 pub(crate) use super::parts::{Bytes, at, item, no_such};
 use super::schema::{Accessor, Root, Shape, SparsePart};
+use crate::color_range::full_intensity;
 use crate::error::ReadErrorKind;
 use crate::scalars::ScalarType;
 
@@ -284,10 +285,18 @@ impl Values<'_> {
         self.scalar_type().is_integer()
     }
 
-    /// The same values, with integers normalised to 0 to 1.
-    pub(crate) fn normalized(self) -> Self {
-        let normalized = self.normalized || self.is_whole();
-        Self { normalized, ..self }
+    /// The value that stands for full intensity, if the values are colours. It is not 1 if they are integers that are not
+    /// marked as normalised: 255 for one byte, and otherwise by the largest of them.
+    pub(crate) fn full_color(&self) -> Result<f32, ReadErrorKind> {
+        if !self.is_whole() {
+            return Ok(1.0);
+        }
+        if self.kind == Kind::U8 {
+            return Ok(f32::from(u8::MAX));
+        }
+        let mut most = 0.0_f32;
+        self.each(0.0, |_, color: [f32; 4]| most = color.into_iter().fold(most, f32::max))?;
+        Ok(full_intensity(most))
     }
 
     /// Calls `put` with the index and the first component of every value.

@@ -244,10 +244,11 @@ impl<'d> Reader<'d> {
         })?;
         if let (Some(accessor), Some(colors)) = (set.colors, &mut self.model.vertex_colors) {
             let colors = colors.get_mut(range.clone()).unwrap_or_default();
-            let values = document.values(accessor, path, 3..=4)?.normalized();
-            values.each(1.0, |index, color: [f32; 4]| {
+            let values = document.values(accessor, path, 3..=4)?;
+            let full = values.full_color()?;
+            values.each(full, |index, color: [f32; 4]| {
                 if let Some(slot) = colors.get_mut(index) {
-                    *slot = color;
+                    *slot = color.map(|channel| channel / full);
                 }
             })?;
         }

@@ -1,7 +1,6 @@
 //! Reading a scene, and access to its parts.
 
 use super::check;
-use super::colors::mark_normalized;
 use crate::budget::{Budget, GROWING};
 use crate::error::{ReadError, ReadErrorKind, WriteError};
 use crate::external::{Files, is_file_name};
@@ -9,6 +8,7 @@ use crate::format::Format;
 use crate::gltf::accessor::{Document, at};
 use crate::gltf::compressed;
 use crate::gltf::container::{self, Container};
+use crate::gltf::material::plain_name;
 use crate::gltf::read::{document_bytes, parse};
 use crate::gltf::scene::local;
 use crate::gltf::schema::Root;
@@ -120,13 +120,12 @@ impl Scene {
         input.spend(document_bytes(&text).saturating_add(tree_bytes(&text)), || {
             at("the document")
         })?;
-        let mut root = parse(&text)?;
+        let root = parse(&text)?;
         let mut json: Value = serde_json::from_slice(&text).map_err(|error| {
             let line = crate::error::Location::Line(error.line() as u64);
             ReadErrorKind::malformed(line, "a glTF document", error.to_string())
         })?;
         drop(text);
-        mark_normalized(&mut root, &mut json, &mut notes);
         let files = Files { folder: options.folder.as_deref(), external: options.external };
         let buffers = container::buffers(&root, binary, &files, &mut input)?;
         #[cfg_attr(
@@ -148,9 +147,12 @@ impl Scene {
                 buffer.remove("uri");
             }
         }
-        let (notes, lost) = notes.finish();
-        let memory = input.memory_left();
-        Ok(Self { json, document: Arc::new(document), memory, notes, lost })
+        let document = Arc::new(document);
+        let scene = Self { json, document, memory: 0, notes: Vec::new(), lost: Vec::new() };
+        let mut scene = scene.with_unit_colors(&mut input, &mut notes)?;
+        (scene.notes, scene.lost) = notes.finish();
+        scene.memory = input.memory_left();
+        Ok(scene)
     }
 
     /// The scene with another document and buffers.
@@ -180,11 +182,11 @@ impl Scene {
         &self.lost
     }
 
-    /// The names of images in files of their own, relative to the file, as they are written in it.
+    /// The names of images in files of their own, relative to the file, without the escapes of addresses.
     #[must_use]
-    pub fn file_pictures(&self) -> Vec<&str> {
+    pub fn file_pictures(&self) -> Vec<String> {
         let uris = self.root().images.iter().filter_map(|image| image.uri.as_deref());
-        uris.filter(|uri| is_file_name(uri)).collect()
+        uris.filter(|uri| is_file_name(uri)).map(plain_name).collect()
     }
 
     /// The number of meshes.

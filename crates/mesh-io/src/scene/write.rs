@@ -7,7 +7,6 @@ use crate::atomic;
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::gltf::container::data_uri;
-use crate::gltf::material::plain_name;
 use crate::gltf::write::{write_glb_buffer_head, write_glb_head};
 use crate::lost::Lost;
 use crate::picture_format::PictureFormat;
@@ -47,8 +46,7 @@ impl Scene {
     ) -> Result<Staged, WriteError> {
         let path = path.as_ref();
         let format = format_of(path, options)?;
-        let pictures: Vec<String> = self.file_pictures().into_iter().map(plain_name).collect();
-        check_is_none_of(path, pictures.iter().map(String::as_str), "picture")?;
+        check_is_none_of(path, self.file_pictures().iter().map(String::as_str), "picture")?;
         let (file, report) =
             atomic::prepare(path, |writer| self.write_with(writer, format, options))?;
         Ok(Staged::new(file, report))
