@@ -14,7 +14,7 @@ pub fn mesh_title(name: Option<&str>, mesh: usize) -> String {
 }
 
 impl SimplifiedScene {
-    /// Everything that is lost: data of the scene, normals of flat-shaded meshes, primitives without faces.
+    /// Everything that is lost: data of the scene, normals and tangents of flat-shaded meshes, primitives without faces.
     #[must_use]
     pub fn losses(&self) -> Vec<Lost> {
         let flat = self.meshes.iter().filter(|mesh| mesh.is_flat_shaded).count();
@@ -46,10 +46,11 @@ impl SceneLevels {
     }
 }
 
-/// The normals of flat-shaded meshes, if there are such meshes.
+/// The normals and tangents of flat-shaded meshes, if there are such meshes.
 fn normals(meshes: usize) -> Option<Lost> {
     let why = "every face has a normal of its own, and a mesh without normals looks the same";
-    (meshes > 0).then(|| Lost::some("normals of flat-shaded meshes", meshes as u64, why))
+    (meshes > 0)
+        .then(|| Lost::some("normals and tangents of flat-shaded meshes", meshes as u64, why))
 }
 
 fn removed_primitives(name: Option<&str>, mesh: usize, removed: &[usize]) -> Vec<Lost> {
