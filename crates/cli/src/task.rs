@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh_io::{Format, Model, Scene};
+use mesh_io::{CopiedPictures, Format, Model, Scene};
 use mesh_work::Loaded;
 use serde::Serialize;
 
+use crate::args::is_standard;
 use crate::console::Console;
 use crate::counted::counted;
 use crate::failure::Failure;
@@ -57,14 +58,15 @@ impl Task {
         console: &Console,
     ) -> Result<(), Failure> {
         let Some(output) = &self.output else { return Ok(()) };
-        if matches!(options.format_of(output), Some(Format::Obj | Format::Gltf | Format::Glb)) {
-            tell_pictures(&self.input, output, &model.file_pictures(), console);
-        }
         Seconds::time(&mut seconds.save, || {
             if self.makes_folder {
                 make_folder_of(output)?;
             }
-            save(output, model, options, console)
+            save(output, model, options, console)?;
+            if names_pictures(options.format_of(output)) {
+                copy_pictures(&self.input, output, &model.file_pictures(), console);
+            }
+            Ok(())
         })
     }
 
@@ -77,12 +79,13 @@ impl Task {
         console: &Console,
     ) -> Result<(), Failure> {
         let Some(output) = &self.output else { return Ok(()) };
-        tell_pictures(&self.input, output, &scene.file_pictures(), console);
         Seconds::time(&mut seconds.save, || {
             if self.makes_folder {
                 make_folder_of(output)?;
             }
-            save_scene(output, scene, options, console)
+            save_scene(output, scene, options, console)?;
+            copy_pictures(&self.input, output, &scene.file_pictures(), console);
+            Ok(())
         })
     }
 
@@ -102,16 +105,42 @@ impl Task {
     }
 }
 
-/// Reports that an output names pictures which are not beside it.
-pub(crate) fn tell_pictures(input: &Path, output: &Path, pictures: &[&str], console: &Console) {
-    if let Some(first) = pictures.first()
-        && input.parent() != output.parent()
-    {
-        let (name, first) = (printable(output.display()), printable(first));
-        console.message(format_args!(
-            "{name}: it names {} in files beside the input, such as {first}; copy them to its folder",
-            counted(pictures.len(), "pictures")
+/// Whether files of a format name the pictures that are files of their own.
+pub(crate) fn names_pictures(format: Option<Format>) -> bool {
+    matches!(format, Some(Format::Obj | Format::Gltf | Format::Glb))
+}
+
+/// Copies the pictures that an output names from the folder of the input to its folder, and reports it.
+pub(crate) fn copy_pictures(
+    input: &Path,
+    output: &Path,
+    names: &[impl AsRef<str>],
+    console: &Console,
+) {
+    let Some(first) = names.first() else { return };
+    let name = printable(output.display());
+    let tell = |message: String| {
+        console.message(format_args!("{name}: {message}"));
+        console.stays(&name, &message);
+    };
+    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
+    if is_standard(input) || is_standard(output) {
+        tell(format!(
+            "it names {} in files beside the input, such as {}; copy them to its folder",
+            counted(names.len(), "pictures"),
+            printable(first.as_ref())
         ));
+        return;
+    }
+    let CopiedPictures { copied, left_out } =
+        mesh_io::copy_pictures(names, &folder(input), &folder(output));
+    if let Some(first) = copied.first() {
+        let (count, first) = (counted(copied.len(), "pictures"), printable(first.display()));
+        console.message(format_args!("{name}: copied {count} that it names, such as {first}"));
+    }
+    if let Some((first, error)) = left_out.first() {
+        let (count, first) = (counted(left_out.len(), "pictures"), printable(first));
+        tell(format!("it names {count} that could not be copied, such as {first}: {error}"));
     }
 }
 

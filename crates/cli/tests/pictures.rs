@@ -108,3 +108,45 @@ fn crc(bytes: &[u8]) -> u32 {
 fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
 }
+
+/// Every command that writes a file with materials into another folder copies the pictures there.
+#[test]
+fn an_output_in_another_folder_has_its_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    png(&path.join("a picture.png"), [7, 5]);
+    square(path, &["missing.png", "a picture.png"]);
+    let grid = run(path, &["convert", "in.obj", "-o", "in.gltf"]);
+    assert!(grid.status.success());
+    let picture = fs::read(path.join("a picture.png")).unwrap();
+    let commands: [&[&str]; 9] = [
+        &["convert", "in.gltf", "-o", "OUT/a.glb"],
+        &["convert", "in.obj", "-o", "OUT/a.gltf"],
+        &["convert", "in.obj", "-o", "OUT/a.obj"],
+        &["simplify", "in.gltf", "--ratio", "0.5", "-o", "OUT/a.gltf"],
+        &["simplify", "in.obj", "--ratio", "0.5", "-o", "OUT/a.obj"],
+        &["repair", "in.gltf", "-o", "OUT/a.glb"],
+        &["lod", "in.gltf", "--levels", "0.5", "-o", "OUT"],
+        &["lod", "in.gltf", "--levels", "0.5", "-o", "OUT/a.glb"],
+        &["lod", "in.obj", "--levels", "0.5", "-o", "OUT/"],
+    ];
+    for (number, command) in commands.iter().enumerate() {
+        let name = format!("out{number}");
+        fs::create_dir(path.join(&name)).unwrap();
+        let command: Vec<String> = command.iter().map(|word| word.replace("OUT", &name)).collect();
+        let mut words: Vec<&str> = command.iter().map(String::as_str).collect();
+        words.push("--json");
+        let output = run(path, &words);
+        let messages = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{command:?}: {messages}");
+        let copy = fs::read(path.join(&name).join("a picture.png"));
+        assert_eq!(copy.ok(), Some(picture.clone()), "{command:?}: {messages}");
+        assert!(
+            messages.contains("copied 1 picture that it names, such as"),
+            "{command:?}: {messages}"
+        );
+        assert!(messages.contains("missing.png: No such file"), "{command:?}: {messages}");
+        let report = String::from_utf8(output.stdout).unwrap();
+        assert!(report.contains("could not be copied"), "{command:?}: {report}");
+    }
+}

@@ -79,7 +79,6 @@ pub(crate) fn prepare<T>(
 
 /// As [`prepare`], for a companion file that the user has not named: it is never written through a link. If `old` is
 /// given, this file is replaced; otherwise no file may exist there.
-#[cfg(feature = "obj")]
 pub(crate) fn prepare_unlinked(
     path: &Path,
     old: Option<&Metadata>,

@@ -88,7 +88,7 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), String> {
 }
 
 /// The path of a name that consists of plain components.
-fn below(name: &str) -> Result<PathBuf, String> {
+pub(crate) fn below(name: &str) -> Result<PathBuf, String> {
     let mut path = PathBuf::new();
     for (place, part) in name.split(['/', '\\']).enumerate() {
         match part {

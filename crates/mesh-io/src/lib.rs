@@ -4,6 +4,7 @@ mod atomic;
 mod budget;
 mod color;
 mod color_range;
+mod copied_pictures;
 mod cutter;
 mod decimal;
 mod distinct_names;
@@ -49,6 +50,7 @@ mod write;
 mod write_options;
 mod write_passing;
 
+pub use copied_pictures::{CopiedPictures, copy_pictures};
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use external::External;
 pub use format::Format;

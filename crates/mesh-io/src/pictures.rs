@@ -82,6 +82,9 @@ pub enum PictureError {
     /// The header does not state a size.
     #[error("its header has no size; write the picture again")]
     Header,
+    /// Another file has the place of its copy.
+    #[error("another file of this name is there already; remove it, or write to another folder")]
+    Taken,
     /// The pixels need too much memory.
     #[error(
         "{} by {} pixels need {} MiB with the pictures before it, and {} MiB are allowed; scale it down, or raise \
@@ -171,7 +174,7 @@ impl Pictures {
         name: &str,
         of_path: &mut HashMap<PathBuf, Option<u32>>,
     ) -> Option<u32> {
-        let path = loader.resolve(name);
+        let path = resolve(loader.options, loader.folder.as_deref(), name);
         if let Some(known) = path.as_ref().ok().and_then(|path| of_path.get(path)) {
             return *known;
         }
@@ -227,28 +230,33 @@ enum Found {
 }
 
 /// The number of bytes that determine a format.
-const HEAD: u64 = 12;
+pub(crate) const HEAD: u64 = 12;
+
+/// The path of a file without links. Neither the name nor the path has a hidden part. `folder` is the folder of the
+/// options without links.
+pub(crate) fn resolve(
+    options: &PictureOptions,
+    folder: Option<&Path>,
+    name: &str,
+) -> Result<PathBuf, PictureError> {
+    if name.split(['/', '\\']).any(|part| is_hidden(part.as_ref())) {
+        return Err(PictureError::Hidden);
+    }
+    if options.folder.is_none() {
+        return Err(PictureError::Read("files are not read here".into()));
+    }
+    let files = Files { folder: options.folder.as_deref(), external: options.external };
+    let path = files.resolve(name).map_err(PictureError::Read)?;
+    // The folder itself may be below a hidden one.
+    let folder = folder.into_iter().flat_map(Path::components);
+    let shared = path.components().zip(folder).take_while(|(a, b)| a == b).count();
+    if path.components().skip(shared).any(|part| is_hidden(part.as_os_str())) {
+        return Err(PictureError::Hidden);
+    }
+    Ok(path)
+}
 
 impl Loader<'_> {
-    /// The path of a file without links. Neither the name nor the path has a hidden part.
-    fn resolve(&self, name: &str) -> Result<PathBuf, PictureError> {
-        if name.split(['/', '\\']).any(|part| is_hidden(part.as_ref())) {
-            return Err(PictureError::Hidden);
-        }
-        let Some(folder) = &self.options.folder else {
-            return Err(PictureError::Read("files are not read here".into()));
-        };
-        let files = Files { folder: Some(folder), external: self.options.external };
-        let path = files.resolve(name).map_err(PictureError::Read)?;
-        // The folder itself may be below a hidden one.
-        let folder = self.folder.iter().flat_map(|folder| folder.components());
-        let shared = path.components().zip(folder).take_while(|(a, b)| a == b).count();
-        if path.components().skip(shared).any(|part| is_hidden(part.as_os_str())) {
-            return Err(PictureError::Hidden);
-        }
-        Ok(path)
-    }
-
     /// Reads a file, if it starts as a picture.
     fn read(&self, path: &Path) -> Result<Vec<u8>, PictureError> {
         let failed = |error: std::io::Error| PictureError::Read(error.to_string());

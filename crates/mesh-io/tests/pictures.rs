@@ -6,7 +6,7 @@ use std::path::Path;
 
 use mesh_io::{
     External, Image, ImageData, Material, Model, PictureError, PictureFormat, PictureOptions,
-    Pictures,
+    Pictures, copy_pictures,
 };
 
 /// The start of a PNG file of this size: the signature, and the header without its checksum.
@@ -248,4 +248,79 @@ fn the_working_memory_of_decoders_is_counted_once() {
         };
         assert_eq!(Pictures::of_model(&three(), &options).pictures.len(), count);
     }
+}
+
+/// Pictures go to the same names in another folder; nothing else does, and nothing is replaced.
+#[test]
+fn pictures_are_copied_and_nothing_else() {
+    let root = tempfile::tempdir().unwrap();
+    let (from, to) = (root.path().join("from"), root.path().join("to"));
+    for folder in ["from/a/b", "from/.git", "to"] {
+        fs::create_dir_all(root.path().join(folder)).unwrap();
+    }
+    let picture = png([16, 20], 8);
+    let pictures = ["wood.png", "a/b/deep.png", "same.png", "other.png"];
+    for name in pictures.iter().chain(&[".hidden.png", ".git/x.png", "../outside.png"]) {
+        fs::write(from.join(name), &picture).unwrap();
+    }
+    fs::write(from.join("secret.png"), "-----BEGIN OPENSSH PRIVATE KEY-----").unwrap();
+    fs::write(to.join("same.png"), &picture).unwrap();
+    fs::write(to.join("other.png"), "mine").unwrap();
+    let outside = root.path().join("outside.png").display().to_string();
+    let refused = [
+        ".git/x.png",
+        ".hidden.png",
+        "../outside.png",
+        &outside,
+        "a",
+        "missing.png",
+        "other.png",
+        "secret.png",
+    ];
+    let names: Vec<&str> =
+        pictures.into_iter().chain(refused).chain(["wood.png", "other.png"]).collect();
+    let result = copy_pictures(&names, &from, &to);
+    assert_eq!(result.copied, [to.join("a/b/deep.png"), to.join("wood.png")]);
+    for name in ["a/b/deep.png", "wood.png", "same.png"] {
+        assert_eq!(fs::read(to.join(name)).unwrap(), picture, "{name}");
+    }
+    assert_eq!(fs::read(to.join("other.png")).unwrap(), b"mine");
+    let mut left_out: Vec<&str> = result.left_out.iter().map(|(name, _)| name.as_str()).collect();
+    left_out.sort_unstable();
+    let mut expected = refused.to_vec();
+    expected.sort_unstable();
+    assert_eq!(left_out, expected, "{:?}", result.left_out);
+    let why = |name| result.left_out.iter().find(|left| left.0 == name).map(|left| &left.1);
+    assert_eq!(why("other.png"), Some(&PictureError::Taken));
+    assert_eq!(why("secret.png"), Some(&PictureError::NoPicture));
+    assert_eq!(why(".git/x.png"), Some(&PictureError::Hidden));
+    let count = |folder: &Path| fs::read_dir(folder).unwrap().count();
+    assert_eq!([count(&to), count(&to.join("a")), count(&to.join("a/b"))], [4, 1, 1]);
+    // A second time, or within one folder, there is nothing to do.
+    assert!(copy_pictures(&pictures[..3], &from, &to).copied.is_empty());
+    assert_eq!(copy_pictures(&names, &from, &from.join("a/..")), Default::default());
+}
+
+/// A link in the folder of the output is not followed.
+#[cfg(unix)]
+#[test]
+fn pictures_are_not_copied_through_links() {
+    let root = tempfile::tempdir().unwrap();
+    let (from, to, other) =
+        (root.path().join("from"), root.path().join("to"), root.path().join("other"));
+    for folder in [&from.join("a/b"), &to, &other] {
+        fs::create_dir_all(folder).unwrap();
+    }
+    for name in ["a/b/x.png", "y.png"] {
+        fs::write(from.join(name), png([16, 20], 8)).unwrap();
+    }
+    std::os::unix::fs::symlink(&other, to.join("a")).unwrap();
+    std::os::unix::fs::symlink(other.join("new.png"), to.join("y.png")).unwrap();
+    let result = copy_pictures(&["a/b/x.png", "y.png"], &from, &to);
+    assert!(result.copied.is_empty());
+    assert!(
+        result.left_out.iter().any(|left| left.0 == "a/b/x.png" && left.1 == PictureError::Taken)
+    );
+    assert_eq!(result.left_out.len(), 2);
+    assert_eq!(fs::read_dir(&other).unwrap().count(), 0);
 }

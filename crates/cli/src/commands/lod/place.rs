@@ -1,6 +1,6 @@
 //! Where levels of detail are written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
@@ -18,6 +18,14 @@ pub(super) enum Place {
 }
 
 impl Place {
+    /// The file with the first level. All files are in its folder.
+    pub(super) fn first(&self) -> Option<&Path> {
+        match self {
+            Self::Together(path) => Some(path),
+            Self::Apart(paths) => paths.first().map(PathBuf::as_path),
+        }
+    }
+
     pub(super) fn new(options: &Lod, count: usize, given: &Given) -> Result<Self, Failure> {
         let output = &options.output;
         if is_standard(output) {

@@ -19,7 +19,7 @@ use crate::save::{Outputs, make_folder_of, save_scene};
 use crate::scene::{tell_charts, tell_lost, tell_repairs};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{settings, show};
-use crate::task::{Report, Source, tell_pictures};
+use crate::task::{Report, Source, copy_pictures};
 use crate::text::printable;
 
 /// Further options that need one mesh.
@@ -127,12 +127,10 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
             Place::Together(path) => {
                 let (together, _) = made.together().map_err(|error| Failure::write(path, error))?;
                 all = together;
-                tell_pictures(input, path, &scene.file_pictures(), console);
                 outputs.add_scene(path, &all, &options.save);
             }
             Place::Apart(paths) => {
                 for ((path, made), level) in paths.iter().zip(&made.levels).zip(&mut levels) {
-                    tell_pictures(input, path, &scene.file_pictures(), console);
                     if is_standard(path) {
                         save_scene(path, &made.scene, &options.save, console)?;
                     } else {
@@ -143,7 +141,11 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
                 }
             }
         }
-        outputs.write(console)
+        outputs.write(console)?;
+        if let Some(path) = place.first() {
+            copy_pictures(input, path, &scene.file_pictures(), console);
+        }
+        Ok(())
     })?;
     let results = Results {
         preset: options.policy.preset.to_string(),

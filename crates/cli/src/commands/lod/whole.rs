@@ -26,7 +26,7 @@ use crate::session::{Outcome, Session};
 use crate::simplify_options::{
     Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall,
 };
-use crate::task::{Report, Source};
+use crate::task::{Report, Source, copy_pictures, names_pictures};
 use crate::text::printable;
 use crate::view::{self, name_of};
 
@@ -277,7 +277,13 @@ fn write(
         let content = |writer: &mut dyn Write| record.write(&loaded.mesh, writer);
         outputs.add(path, move || mesh_io::stage_file(path, content));
     }
-    outputs.write(console)
+    outputs.write(console)?;
+    if let (Some(path), Some(model)) = (place.first(), models.first())
+        && names_pictures(options.save.format_of(path))
+    {
+        copy_pictures(&options.source.input, path, &model.file_pictures(), console);
+    }
+    Ok(())
 }
 
 /// For the input and each level, the share of the screen down to which it is shown.
