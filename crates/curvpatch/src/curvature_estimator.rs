@@ -168,24 +168,32 @@ impl<'a> CurvatureEstimator<'a> {
     /// The curvature over a disc of local size; see [`DiscSize::Local`].
     fn at_local_scale(&self, point: SurfacePoint) -> Result<DiscCurvature, CurvatureError> {
         let face_plane = TangentPlane::of_face(self.mesh, point)?;
-        let face_sections = self.local_sections(&face_plane);
+        let face_scale = LocalScale::new(self.mesh, &face_plane);
+        let face_sections = self.local_sections(&face_plane, &face_scale);
         let disc_plane = (self.params.normal == NormalRule::Disc).then(|| {
             let fit = self.local_fit(&face_sections);
-            let fitted = fit.and_then(|fit| face_plane.tilted(fit.gradient()));
-            fitted.or_else(|| {
+            let fitted = fit.as_ref().and_then(|fit| face_plane.tilted(fit.gradient()));
+            let plane = fitted.or_else(|| {
                 self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
-            })
+            })?;
+            let scale = LocalScale::new(self.mesh, &plane);
+            let scale = match fit {
+                Some(fit) => scale.widened(fit.euler()),
+                None => scale,
+            };
+            Some((plane, scale))
         });
-        let (plane, sections) = match disc_plane.flatten() {
-            Some(plane) => (plane, self.local_sections(&plane)),
-            None => (face_plane, face_sections),
+        let face_normal_kept = matches!(disc_plane, Some(None));
+        let (plane, sections) = match disc_plane {
+            Some(Some((plane, scale))) => (plane, self.local_sections(&plane, &scale)),
+            _ => (face_plane, face_sections),
         };
         let products = sections.iter().map(|local| local.section.length_product());
         let radius = (products.sum::<f64>() / sections.len() as f64).sqrt();
         let flags = DiscFlags {
             truncated: sections.iter().any(|local| local.truncated),
             wrapped: sections.iter().any(|local| local.wrapped),
-            face_normal_kept: disc_plane == Some(None),
+            face_normal_kept,
         };
         let fitted = self.local_fit(&sections).map(|fit| fit.principal());
         let principal = fitted.or_else(|| {
@@ -212,14 +220,12 @@ impl<'a> CurvatureEstimator<'a> {
     }
 
     /// The sections of local length in the planes through a normal.
-    fn local_sections(&self, plane: &TangentPlane) -> Vec<LocalSection> {
-        let scale = LocalScale::new(self.mesh, plane);
-        let section = |direction: &Direction| {
-            let section_plane = plane.section_plane(direction);
-            let length = scale.half_length(direction);
-            LocalSection::measure(self.mesh, plane, &section_plane, length)
+    fn local_sections(&self, plane: &TangentPlane, scale: &LocalScale) -> Vec<LocalSection> {
+        let lengths = scale.half_lengths(&self.directions);
+        let section = |(direction, length): (&Direction, f64)| {
+            LocalSection::measure(self.mesh, plane, &plane.section_plane(direction), length)
         };
-        self.directions.iter().map(section).collect()
+        self.directions.iter().zip(lengths).map(section).collect()
     }
 
     /// The curvature at the barycentre of every face, over discs of this size.

@@ -85,6 +85,12 @@ impl LocalFit {
         -self.slope
     }
 
+    /// E.
+    pub(crate) fn euler(&self) -> DMat2 {
+        let DVec3 { x: mean, y: cos, z: sin } = self.euler;
+        DMat2::from_cols(DVec2::new(mean + cos, sin), DVec2::new(sin, mean - cos))
+    }
+
     /// The principal curvatures.
     pub(crate) fn principal(&self) -> Principal {
         let [min, max] = extremes(self.euler);

@@ -12,12 +12,22 @@ use crate::tangent_plane::TangentPlane;
 /// tangent plane. The half-length in the direction t is 4 √(2 / (tᵀ M⁻¹ t)). For equilateral triangles it is
 /// four edge lengths. For triangles that are `a` times longer in one direction, it is `a` times longer in
 /// that direction, up to [`MAX_ASPECT`].
+///
+/// Along the edges the mesh is flat, and the surface is not. Where the long edges are bent, four short edges show one
+/// flat facet. [`LocalScale::widened`] makes the ellipse wider there.
 pub(crate) struct LocalScale {
-    inverse: DMat2,
+    /// M.
+    moment: DMat2,
 }
 
 /// Half-length of a section in edge lengths.
 const EDGES: f64 = 4.0;
+
+/// The least half-length of a section in lengths of the edges along the curvature.
+///
+/// The middle of an edge of length e is κ e²/8 below the surface. So the depth at the end of a section of two edge
+/// lengths, κ (2e)²/2, has an error of at most a sixteenth.
+const LEAST_EDGES: f64 = 2.0;
 
 /// The largest ratio of the half-lengths in two directions.
 const MAX_ASPECT: f64 = 300.0;
@@ -39,12 +49,40 @@ impl LocalScale {
         let moment = moment * (1.0 / count);
         let trace = moment.x_axis.x + moment.y_axis.y;
         let least = trace / (MAX_ASPECT * MAX_ASPECT);
-        Self { inverse: (moment + DMat2::from_diagonal(DVec2::splat(least))).inverse() }
+        Self { moment: moment + DMat2::from_diagonal(DVec2::splat(least)) }
     }
 
-    /// The half-length of the section in a direction.
-    pub(crate) fn half_length(&self, direction: &Direction) -> f64 {
-        let tangent = DVec2::new(direction.cos, direction.sin);
-        EDGES * (2.0 / tangent.dot(self.inverse * tangent)).sqrt()
+    /// The ellipse with radii of at least [`LEAST_EDGES`] lengths of the edges along the curvature, from an estimate of
+    /// the matrix of the second fundamental form.
+    ///
+    /// In a principal direction d, this length counts as √(2 dᵀ M d |κ| / max |κ|).
+    pub(crate) fn widened(&self, curvature: DMat2) -> Self {
+        let [(axes, moments), (directions, curvatures)] = [self.moment, curvature].map(eigen);
+        let [first, second] = curvatures.map(f64::abs);
+        let along = |direction: DVec2| direction.dot(self.moment * direction);
+        let [first, second] = [first * along(directions.x_axis), second * along(directions.y_axis)]
+            .map(|moment| moment / first.max(second));
+        // Where there is no curvature, this is NaN, and all moments stay.
+        let least = (LEAST_EDGES / EDGES).powi(2) * first.max(second);
+        let moments = DMat2::from_diagonal(DVec2::from(moments.map(|moment| moment.max(least))));
+        Self { moment: axes * moments * axes.transpose() }
     }
+
+    /// The half-lengths of the sections in some directions.
+    pub(crate) fn half_lengths(&self, directions: &[Direction]) -> impl Iterator<Item = f64> {
+        let inverse = self.moment.inverse();
+        directions.iter().map(move |direction| {
+            let tangent = direction.unit();
+            EDGES * (2.0 / tangent.dot(inverse * tangent)).sqrt()
+        })
+    }
+}
+
+/// The eigenvectors, as columns, and the eigenvalues of a symmetric matrix.
+fn eigen(matrix: DMat2) -> (DMat2, [f64; 2]) {
+    let [a, b, c] = [matrix.x_axis.x, matrix.x_axis.y, matrix.y_axis.y];
+    let (mean, half) = (0.5 * (a + c), 0.5 * (a - c));
+    let radius = half.hypot(b);
+    let axis = DVec2::from_angle(0.5 * b.atan2(half));
+    (DMat2::from_cols(axis, axis.perp()), [mean + radius, mean - radius])
 }

@@ -44,8 +44,9 @@ const COS_MAX_TURN: f64 = 0.258_819_045_102_520_76;
 /// only smooth turning is limited.
 const COS_CREASE: f64 = 0.5;
 
-/// The largest number of faces of an arc. Arcs of four edges cross about eight faces.
-const MAX_FACES: usize = 64;
+/// The largest number of faces of an arc. Arcs of four edges cross about eight faces, and many
+/// more across long triangles.
+const MAX_FACES: usize = 128;
 
 /// Where the points of an arc are, as shares of its length.
 const SHARES: [f64; 2] = [1.0, 0.5];

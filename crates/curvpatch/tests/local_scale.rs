@@ -68,6 +68,46 @@ fn pipe_bends_of_any_aspect_ratio_have_the_curvature_of_the_tube() {
     }
 }
 
+/// Cylinders and tori with triangles up to 40 times longer around the tube than along it. Sections of four edges in
+/// the short direction alone would stay in one facet.
+#[test]
+fn long_triangles_across_the_curvature_show_no_facets() {
+    for sides in [12, 24] {
+        for aspect in [3, 6, 12, 25, 40] {
+            let chord = 0.8 * (PI / f64::from(sides)).sin();
+            let height = 6.0 * chord;
+            let rows = 6 * aspect;
+            let is_inside = |disc: &&DiscCurvature| (disc.center.z / height - 0.5).abs() < 0.1;
+            let found = discs(&open_cylinder(sides, rows, height));
+            let inside: Vec<[f64; 2]> =
+                found.iter().filter(is_inside).map(|disc| disc.curvatures).collect();
+            assert!(inside.len() as u32 >= sides * rows / 8);
+            for [k1, k2] in inside {
+                assert!((k1 / 2.5 - 1.0).abs() < 0.02, "{sides} sides, aspect {aspect}: k1 = {k1}");
+                assert!(k2.abs() < 0.03 * 2.5, "{sides} sides, aspect {aspect}: k2 = {k2}");
+            }
+        }
+    }
+    let torus = Torus { major: 3.0, minor: 1.0 };
+    for (rings, sides) in [(288, 12), (600, 12), (400, 16)] {
+        let found = discs(&common::mesh(&torus.mesh(rings, sides).unwrap()));
+        let (mut first, mut second) = (Vec::new(), Vec::new());
+        for DiscCurvature { center, curvatures: [k1, k2], .. } in found {
+            let cos = (center.truncate().length() - 3.0)
+                / (center.truncate().length() - 3.0).hypot(center.z);
+            first.push((k1 - 1.0).abs());
+            second.push((k2 - cos / (3.0 + cos)).abs());
+        }
+        for errors in [first, second] {
+            let [middle, most] = common::percentiles(errors);
+            assert!(
+                middle < 0.015 && most < 0.04,
+                "{rings} rings of {sides}: {middle}, 95 % below {most}"
+            );
+        }
+    }
+}
+
 /// A cylinder is straight in one direction: at every face, also where the boundary cuts sections short.
 #[test]
 fn open_cylinders_are_straight_along_their_axis() {

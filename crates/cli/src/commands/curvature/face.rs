@@ -218,7 +218,7 @@ fn summary(report: &Report<Results>) -> String {
         report.subject(),
         Decimal(found.radius),
         if found.local_radius {
-            " (median; four local edge lengths in each direction)"
+            " (median; at least four local edge lengths in each direction)"
         } else {
             ""
         },
