@@ -63,14 +63,16 @@ impl Refined {
         self.unfold.map_or(0, |report| report.turned_after)
     }
 
-    /// The vertex of the current mesh for each vertex of the original. `level` has the vertex of the level.
+    /// The vertex of the current mesh for each vertex of the original, from the vertex of the level.
     #[must_use]
-    pub fn follows(&self, level: &VertexMap<Option<VertexId>>) -> VertexMap<Option<VertexId>> {
-        let mut map = level.clone();
+    pub fn map_from_original(
+        &self,
+        mut level: VertexMap<Option<VertexId>>,
+    ) -> VertexMap<Option<VertexId>> {
         if let Some(next) = &self.vertex_map {
-            follow(&mut map, next);
+            follow(&mut level, next);
         }
-        map
+        level
     }
 
     /// Updates the vertex map for the next mesh.

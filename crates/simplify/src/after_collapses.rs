@@ -59,7 +59,7 @@ impl AfterCollapses<'_> {
             run.stop = StopReason::Cancelled;
         }
         Ok(Simplified {
-            vertex_map: refined.follows(&vertex_map),
+            vertex_map: refined.map_from_original(vertex_map),
             boundary_shift: boundary_shift(mesh, &refined.mesh),
             mesh: refined.mesh,
             collapses: run.collapses,

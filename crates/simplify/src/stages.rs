@@ -58,7 +58,7 @@ impl<'a> Stages<'a> {
                 pipeline.finish(level, &mut Observer::none())?
             }
         };
-        let vertex_map = refined.follows(&vertex_map);
+        let vertex_map = refined.map_from_original(vertex_map);
         Ok((refined.mesh, vertex_map))
     }
 
