@@ -36,8 +36,11 @@ const POINTS: [[f64; 3]; 4] =
 fn points_are_measured_in_one_direction_and_that_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let plane = plane(folder.path());
-    for name in ["cloud.ply", "cloud.obj"] {
+    for name in ["cloud.ply", "cloud.obj", "cloud.glb", "cloud.gltf"] {
         let points = cloud(folder.path(), name, &POINTS);
+        let copy = folder.path().join(format!("copy-{name}"));
+        let report = json(&["convert", text(&points), "-o", text(&copy)]);
+        assert_eq!((&report["vertices"], report.get("lost")), (&4.into(), None), "{report}");
         for (first, second, side, other) in
             [(&points, &plane, "forward", "backward"), (&plane, &points, "backward", "forward")]
         {

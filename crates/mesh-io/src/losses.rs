@@ -96,11 +96,9 @@ fn special(model: &Model, target: Target) -> Vec<Lost> {
     };
     let points = match format {
         Stl => unused_vertices(model),
-        Gltf | Glb if model.soup.face_count() == 0 => model.soup.vertex_count() as u64,
         _ => 0,
     };
-    let holds_points =
-        format!("{format} files written here hold faces only; PLY and OBJ keep them");
+    let holds_points = format!("{format} files hold faces only; PLY, OBJ, glTF and GLB keep them");
     lose(points, "vertices that no face uses", &holds_points);
     if model.corner_normals.is_some() && matches!(format, Obj | Gltf | Glb) {
         let why = "the corners have normals of their own";

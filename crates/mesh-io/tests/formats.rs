@@ -3,8 +3,8 @@
 
 use mesh_core::PolygonSoup;
 use mesh_io::{
-    Alpha, Blend, Encoding, Format, Image, ImageData, Location, Material, Model, ReadOptions,
-    WriteError, WriteOptions, read, read_from, write, write_levels, write_to,
+    Alpha, Blend, Compression, Encoding, Format, Image, ImageData, Location, Material, Model,
+    ReadOptions, Scalars, WriteError, WriteOptions, read, read_from, write, write_levels, write_to,
 };
 
 fn parse(bytes: &[u8]) -> Result<Model, mesh_io::ReadError> {
@@ -162,7 +162,7 @@ fn georeferenced_coordinates_survive_gltf() {
 fn seams_materials_and_scalars_survive_glb() {
     let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0.5\nvt 1 1\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 2/1 4/2 3/3\n";
     let mut model = parse(text).unwrap();
-    model.vertex_scalars.push(mesh_io::Scalars::new("h", vec![1.0_f32, 2.0, 3.0, 4.0]));
+    model.vertex_scalars.push(Scalars::new("h", vec![1.0_f32, 2.0, 3.0, 4.0]));
     let back = again(&model, Format::Glb, Encoding::Usual);
     // Vertex 2 has one coordinate in both faces, vertex 1 has two.
     assert_eq!(back.soup.vertex_count(), 5);
@@ -364,7 +364,7 @@ fn what_gltf_may_not_hold_is_not_in_it() {
     model.corner_uvs.as_mut().unwrap()[1] = [0.0, f32::INFINITY];
     model.vertex_colors = Some(vec![[f32::NAN, 0.5, 0.0, 1.0]; 4]);
     let values = vec![1.0, f64::NAN, 1e300, 2.0];
-    model.vertex_scalars = vec![mesh_io::Scalars::new("h", values)];
+    model.vertex_scalars = vec![Scalars::new("h", values)];
     // An image without a content, which no view can hold; the one after it moves up.
     let ImageData::Bytes(bytes) = &mut model.images[0].data else { panic!() };
     bytes.clear();
@@ -431,7 +431,7 @@ fn materials_of_equal_names_stay_apart_in_obj() {
 fn numbers_in_ply_do_not_become_something_else() {
     let mut model = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let scalars = |names: &[&str], value: f64| -> Vec<_> {
-        let scalars = |name: &&str| mesh_io::Scalars::new(*name, vec![value; 3]);
+        let scalars = |name: &&str| Scalars::new(*name, vec![value; 3]);
         names.iter().map(scalars).collect()
     };
     // A coordinate, a normal, a colour, texture coordinates, two of one name, two words.
@@ -491,7 +491,8 @@ fn points_that_a_format_has_no_place_for_are_told() {
     assert!(told(&model, Format::Stl) && !told(&model, Format::Glb));
     let mut cloud = PolygonSoup::new();
     cloud.push_vertex([1.0, 2.0, 3.0]);
-    assert!(told(&cloud.into(), Format::Glb));
+    let cloud = cloud.into();
+    assert!(told(&cloud, Format::Stl) && !told(&cloud, Format::Glb));
 }
 
 /// Edits leave gaps; a file has no gaps.
@@ -627,5 +628,34 @@ fn vertices_without_a_colour_are_white() {
         let model = read_from(&mut text.as_bytes(), &options).unwrap();
         let (red, green) = ([1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0]);
         assert_eq!(model.vertex_colors, Some(vec![red, [1.0; 4], green, [1.0; 4]]), "{range}");
+    }
+}
+
+/// Points without faces are points in glTF, with normals, colours and numbers.
+#[test]
+fn a_point_cloud_stays_one_in_gltf() {
+    let none: &[[u32; 3]] = &[];
+    let points = [[0.25, 0.5, -1.0], [3.0, 0.0, 0.125], [0.0, 0.0, 0.0], [1.0, 1.0, 1.0]];
+    let cloud = Model {
+        vertex_colors: Some(vec![[1.0, 0.0, 0.2, 1.0]; 4]),
+        vertex_normals: Some(vec![[0.0, 0.6, 0.8]; 4]),
+        vertex_scalars: vec![Scalars::new("class", vec![2.0, 6.0, 6.0, 9.0])],
+        ..Model::from(PolygonSoup::from_triangles(&points, none).unwrap())
+    };
+    let options = ReadOptions { allow_empty: true, ..ReadOptions::default() };
+    for format in [Format::Glb, Format::Gltf] {
+        for compression in [Compression::None, Compression::Meshopt] {
+            let settings = WriteOptions { compression, ..WriteOptions::default() };
+            let mut bytes = Vec::new();
+            let report = write_to(&mut bytes, &cloud, format, &settings).unwrap();
+            assert!(report.lost.is_empty(), "{:?}", report.lost);
+            let again = read_from(&mut &bytes[..], &options).unwrap();
+            assert_eq!(again.soup.positions(), cloud.soup.positions());
+            assert_eq!((again.soup.face_count(), again.lost.len()), (0, 0), "{:?}", again.lost);
+            assert_eq!(again.vertex_colors, cloud.vertex_colors);
+            assert_eq!(again.vertex_normals, cloud.vertex_normals);
+            let numbers: Vec<f64> = again.vertex_scalars[0].values.iter().collect();
+            assert_eq!(numbers, [2.0, 6.0, 6.0, 9.0]);
+        }
     }
 }

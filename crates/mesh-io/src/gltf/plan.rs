@@ -2,7 +2,7 @@
 
 use super::accessor::{Document, Values, at, item, no_such};
 use super::scene::{INSTANCE, Placed, each_placed, instance_count};
-use super::schema::{Attributes, Mesh, Node, Primitive, TextureInfo, TextureTransform};
+use super::schema::{Attributes, Mesh, Node, Primitive, Root, TextureInfo, TextureTransform};
 use crate::Group;
 use crate::error::ReadErrorKind;
 use crate::lost::Lost;
@@ -30,6 +30,8 @@ pub(crate) struct Plan {
     /// The bytes of the groups; `passing` are bytes that are needed only temporarily.
     groups: u64,
     passing: u64,
+    /// Whether points are vertices without faces.
+    pub has_points: bool,
 }
 
 /// The parts of a mesh that are read.
@@ -82,6 +84,14 @@ pub(crate) struct Part {
 pub(crate) const STRIP: u32 = 5;
 pub(crate) const FAN: u32 = 6;
 
+pub(crate) const POINTS: u32 = 0;
+
+/// Whether points are read as vertices without faces: if a document has no faces.
+pub(crate) fn has_points(root: &Root) -> bool {
+    let mut primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    !primitives.any(|primitive| is_surface(primitive.mode))
+}
+
 /// Whether primitives of this mode are triangles, not points or lines.
 pub(crate) fn is_surface(mode: u32) -> bool {
     (4..=FAN).contains(&mode)
@@ -93,7 +103,7 @@ pub(crate) fn path_of(mesh: u32, primitive: usize) -> String {
 }
 
 impl Plan {
-    /// Examines everything that the scene draws. `textures` is, for every material, the texture that its texture
+    /// Examines everything that the scene draws. Points are vertices without faces, if the document has no faces. `textures` is, for every material, the texture that its texture
     /// coordinates belong to.
     pub(crate) fn of(
         document: &Document,
@@ -101,6 +111,7 @@ impl Plan {
         notes: &mut Notes,
     ) -> Result<Self, ReadErrorKind> {
         let mut plan = Self::empty();
+        plan.has_points = has_points(&document.root);
         each_placed(&document.root, |placed| plan.place(document, placed, textures, notes))?;
         Ok(plan)
     }
@@ -132,6 +143,7 @@ impl Plan {
             has_materials: false,
             groups: 0,
             passing: 0,
+            has_points: false,
         }
     }
 
@@ -191,6 +203,7 @@ impl Plan {
                     notes,
                     scalars: &mut self.scalars,
                     mesh: placed.mesh,
+                    has_points: self.has_points,
                 };
                 slot.insert(planner.mesh(mesh)?)
             }
@@ -248,6 +261,8 @@ struct Planner<'p> {
     notes: &'p mut Notes,
     scalars: &'p mut Numbering,
     mesh: u32,
+    /// Whether points are vertices without faces.
+    has_points: bool,
 }
 
 impl Planner<'_> {
@@ -258,7 +273,8 @@ impl Planner<'_> {
         let mut most_indices = 0;
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let path = path_of(self.mesh, index);
-            if !is_surface(primitive.mode) {
+            let is_points = self.has_points && primitive.mode == POINTS;
+            if !is_surface(primitive.mode) && !is_points {
                 let why = "a model holds faces only";
                 self.notes.lose(Lost::new(format!("{path}: points or lines"), why));
                 continue;
@@ -278,6 +294,9 @@ impl Planner<'_> {
                     plan.sets.len() - 1
                 }
             };
+            if is_points {
+                continue;
+            }
             let count = plan.sets[set].count as u64;
             let indices = self.indices(primitive, count, &path)?;
             let faces = match primitive.mode {

@@ -169,7 +169,10 @@ impl<'d> Reader<'d> {
         model.soup = PolygonSoup::with_capacity(0, faces, corners);
         model.vertex_colors = plan.has_colors.then(|| vec![[1.0; 4]; vertices]);
         model.vertex_scalars = plan.columns(vertices);
-        model.corner_normals = plan.has_normals.then(|| Vec::with_capacity(corners));
+        let (of_points, of_corners) =
+            (plan.has_normals && plan.has_points, plan.has_normals && !plan.has_points);
+        model.vertex_normals = of_points.then(|| Vec::with_capacity(vertices));
+        model.corner_normals = of_corners.then(|| Vec::with_capacity(corners));
         model.corner_uvs = plan.has_uvs.then(|| Vec::with_capacity(corners));
         let set = || Vec::with_capacity(corners);
         model.more_corner_uvs = std::iter::repeat_with(set).take(plan.more_uvs).collect();
@@ -215,7 +218,14 @@ impl<'d> Reader<'d> {
         for set in &plan.sets {
             let path = path_of(placed.mesh, set.primitive);
             bases.push(as_u32(self.vertex));
-            normals.push(self.vertices(set, transform, &path)?);
+            let own = self.vertices(set, transform, &path)?;
+            if let Some(all) = &mut self.model.vertex_normals {
+                match &own {
+                    Some(own) => all.extend_from_slice(own),
+                    None => all.extend(std::iter::repeat_n([0.0; 3], set.count)),
+                }
+            }
+            normals.push(own);
         }
         for part in &plan.parts {
             let path = path_of(placed.mesh, part.primitive);

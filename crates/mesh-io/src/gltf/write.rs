@@ -1,4 +1,4 @@
-//! Writing glTF: one mesh with a primitive per material; all primitives share the vertices. Each level of detail is a
+//! Writing glTF: one mesh with a primitive per material, or points if there are no faces; all primitives share the vertices. Each level of detail is a
 //! mesh and a node; the first node names the others (`MSFT_lod`).
 //!
 //! Neither the document nor the buffer is ever in memory as a whole. The document is written twice, the first time only
@@ -133,7 +133,7 @@ impl Write for Length {
 /// The structure of the output. The buffer has a view for every column of every level, one for all indices of the
 /// level, and one for every embedded image. Every column and every primitive has an accessor.
 struct Plan<'m> {
-    /// The levels with faces.
+    /// The levels with faces, or a level of points.
     levels: Vec<Level<'m>>,
     coverage: Vec<f64>,
     offset: DVec3,
@@ -147,7 +147,11 @@ struct Plan<'m> {
 
 impl<'m> Plan<'m> {
     fn new(levels: &Levels<'m>, format: Format) -> Result<Self, WriteError> {
-        let is_empty = |level: usize| levels.models[level].soup.face_count() == 0;
+        let is_empty = |level: usize| {
+            let soup = &levels.models[level].soup;
+            let are_points = levels.models.len() == 1 && soup.vertex_count() > 0;
+            soup.face_count() == 0 && !are_points
+        };
         let kept: Vec<usize> = (0..levels.models.len()).filter(|&level| !is_empty(level)).collect();
         let models: Vec<&Model> = kept.iter().map(|&level| levels.models[level]).collect();
         let offset = models.first().map_or(DVec3::ZERO, |model| offset(model.soup.positions()));
@@ -280,7 +284,7 @@ impl<'m> Plan<'m> {
         let accessors = self.levels.iter().flat_map(|level| {
             let first = view;
             let indices = first + level.columns.len();
-            view = indices + 1;
+            view = indices + usize::from(!level.primitives.is_empty());
             let columns = level.columns.iter().enumerate();
             let columns = columns.map(move |(place, &(_, column))| Accessor::Column {
                 level,
@@ -348,7 +352,7 @@ impl Content<'_, '_> {
 /// The parts of the buffer that belong to a level.
 fn contents<'p, 'm>(level: &'p Level<'m>) -> impl Iterator<Item = Content<'p, 'm>> {
     let columns = level.columns.iter().map(move |&(_, column)| Content::Column(level, column));
-    columns.chain([Content::Indices(level)])
+    columns.chain((!level.primitives.is_empty()).then_some(Content::Indices(level)))
 }
 
 enum Accessor<'p, 'm> {
@@ -421,6 +425,9 @@ fn mesh(
     let attributes = serde_json::Value::Object(attributes).to_string();
     *accessor += level.columns.len();
     write!(writer, r#"{{"primitives":["#)?;
+    if level.primitives.is_empty() {
+        write!(writer, r#"{{"attributes":{attributes},"mode":0}}"#)?;
+    }
     for (place, primitive) in level.primitives.iter().enumerate() {
         writer.write_all(if place == 0 { b"\n" } else { b",\n" })?;
         write!(writer, r#"{{"attributes":{attributes},"indices":{accessor}"#)?;

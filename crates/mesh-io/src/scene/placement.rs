@@ -3,7 +3,7 @@
 use super::document::Scene;
 use crate::error::{ReadError, ReadErrorKind};
 use crate::gltf::accessor::{Document, at};
-use crate::gltf::plan::{FAN, STRIP, is_surface};
+use crate::gltf::plan::{FAN, POINTS, STRIP, has_points, is_surface};
 use crate::gltf::scene::{
     INSTANCE, Placed, each_node, each_placed, instance_count, tops, transforms,
 };
@@ -74,21 +74,28 @@ impl Scene {
         tops(self.root()).unwrap_or_default().into_iter().map(|node| node as usize).collect()
     }
 
-    /// The numbers of vertices and triangles of a mesh. Primitives with the same attributes share their vertices.
+    /// The numbers of vertices and triangles of a mesh, without points and lines. Primitives with the same attributes share
+    /// their vertices.
     #[must_use]
     pub fn mesh_counts(&self, mesh: usize) -> [u64; 2] {
+        self.counts_of(mesh, false)
+    }
+
+    fn counts_of(&self, mesh: usize, has_points: bool) -> [u64; 2] {
         let root = self.root();
         let primitives = root.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.primitives[..]);
         let mut seen = HashSet::new();
         let count = |accessor: u32| root.accessors.get(accessor as usize).map_or(0, |a| a.count);
         let (mut vertices, mut faces) = (0_u64, 0_u64);
-        for primitive in primitives.iter().filter(|primitive| is_surface(primitive.mode)) {
+        let is_read = |mode: u32| is_surface(mode) || (has_points && mode == POINTS);
+        for primitive in primitives.iter().filter(|primitive| is_read(primitive.mode)) {
             let own = primitive.attributes.get("POSITION").map_or(0, count);
             if seen.insert(&primitive.attributes) {
                 vertices = vertices.saturating_add(own);
             }
             let corners = primitive.indices.map_or(own, count);
             let more = match primitive.mode {
+                POINTS => 0,
                 STRIP | FAN => corners.saturating_sub(2),
                 _ => corners / 3,
             };
@@ -103,13 +110,13 @@ impl Scene {
         let document = &*self.document;
         let root = &document.root;
         let mut known: Vec<Option<[u64; 2]>> = vec![None; root.meshes.len()];
-        let mut all = [0_u64; 2];
+        let (mut all, has_points) = ([0_u64; 2], has_points(root));
         // The nodes were checked when the scene was read.
         let _ = each_placed(root, |placed| {
             let times = instance_count(document, placed)?;
             let place = placed.mesh as usize;
             if let Some(slot) = known.get_mut(place) {
-                let own = *slot.get_or_insert_with(|| self.mesh_counts(place));
+                let own = *slot.get_or_insert_with(|| self.counts_of(place, has_points));
                 all = [0, 1].map(|i| all[i].saturating_add(own[i].saturating_mul(times)));
             }
             Ok(())
