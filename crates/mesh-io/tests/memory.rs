@@ -122,15 +122,21 @@ fn obj_groups_of_an_object_with_a_long_name() {
 }
 
 #[test]
-fn gltf_notes_about_points_in_a_mesh_that_many_nodes_share() {
+fn gltf_notes_about_lines_in_a_mesh_that_many_nodes_share() {
     let _alone = alone();
-    let primitives = repeat(50, |_| r#"{"mode":0,"attributes":{"POSITION":0}}"#.to_owned());
-    let nodes = repeat(100_000, |_| r#"{"mesh":0,"name":"n"}"#.to_owned());
-    let file = gltf(&format!(
-        r#"{TRIANGLE},"accessors":[{ACCESSOR}],"meshes":[{{"primitives":[{primitives}]}}],"nodes":[{nodes}]"#
-    ));
-    let error = within(file.as_bytes()).unwrap_err();
+    let file = |mode: u32| {
+        let primitive = format!(r#"{{"mode":{mode},"attributes":{{"POSITION":0}}}}"#);
+        let primitives = repeat(50, |_| primitive.clone());
+        let nodes = repeat(100_000, |_| r#"{"mesh":0,"name":"n"}"#.to_owned());
+        gltf(&format!(
+            r#"{TRIANGLE},"accessors":[{ACCESSOR}],"meshes":[{{"primitives":[{primitives}]}}],"nodes":[{nodes}]"#
+        ))
+    };
+    let error = within(file(1).as_bytes()).map(|_| ()).unwrap_err();
     assert!(matches!(&error.kind, ReadErrorKind::Empty { notes } if notes.len() == 51), "{error}");
+    // Points are vertices, which the primitives share.
+    let points = within(file(0).as_bytes()).map(|model| model.soup.vertex_count());
+    assert_eq!(points.ok(), Some(300_000));
 }
 
 #[test]
