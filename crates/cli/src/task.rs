@@ -63,9 +63,7 @@ impl Task {
                 make_folder_of(output)?;
             }
             save(output, model, options, console)?;
-            if names_pictures(options.format_of(output)) {
-                copy_pictures(&self.input, output, &model.file_pictures(), console);
-            }
+            copy_pictures(&self.input, output, options, &model.file_pictures(), console);
             Ok(())
         })
     }
@@ -84,7 +82,7 @@ impl Task {
                 make_folder_of(output)?;
             }
             save_scene(output, scene, options, console)?;
-            copy_pictures(&self.input, output, &scene.file_pictures(), console);
+            copy_pictures(&self.input, output, options, &scene.file_pictures(), console);
             Ok(())
         })
     }
@@ -105,19 +103,19 @@ impl Task {
     }
 }
 
-/// Whether files of a format name the pictures that are files of their own.
-pub(crate) fn names_pictures(format: Option<Format>) -> bool {
-    matches!(format, Some(Format::Obj | Format::Gltf | Format::Glb))
-}
-
 /// Copies the pictures that an output names from the folder of the input to its folder, and reports it.
 pub(crate) fn copy_pictures(
     input: &Path,
     output: &Path,
+    options: &SaveOptions,
     names: &[impl AsRef<str>],
     console: &Console,
 ) {
-    let Some(first) = names.first() else { return };
+    let format = options.format_of(output);
+    let (Some(Format::Obj | Format::Gltf | Format::Glb), Some(first)) = (format, names.first())
+    else {
+        return;
+    };
     let name = printable(output.display());
     let tell = |message: String| {
         console.message(format_args!("{name}: {message}"));

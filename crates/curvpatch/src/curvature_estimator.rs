@@ -178,7 +178,7 @@ impl<'a> CurvatureEstimator<'a> {
             })?;
             let scale = LocalScale::new(self.mesh, &plane);
             let scale = match fit {
-                Some(fit) => scale.widened(fit.euler()),
+                Some(fit) => scale.widened(fit.curvatures()),
                 None => scale,
             };
             Some((plane, scale))

@@ -85,15 +85,14 @@ impl LocalFit {
         -self.slope
     }
 
-    /// E.
-    pub(crate) fn euler(&self) -> DMat2 {
-        let DVec3 { x: mean, y: cos, z: sin } = self.euler;
-        DMat2::from_cols(DVec2::new(mean + cos, sin), DVec2::new(sin, mean - cos))
+    /// The principal curvatures with their directions in the plane of the sections.
+    pub(crate) fn curvatures(&self) -> [(f64, DVec2); 2] {
+        extremes(self.euler)
     }
 
     /// The principal curvatures.
     pub(crate) fn principal(&self) -> Principal {
-        let [min, max] = extremes(self.euler);
+        let [min, max] = self.curvatures();
         Principal::ordered(min, max)
     }
 }

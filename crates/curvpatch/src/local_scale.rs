@@ -1,9 +1,10 @@
 //! Half-lengths of sections from the edges around a face, different in each direction.
 
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, DVec3};
 use mesh_core::TriMesh;
 
 use crate::direction::Direction;
+use crate::principal_fit::extremes;
 use crate::tangent_plane::TangentPlane;
 
 /// An ellipse in the tangent plane whose radii are four edge lengths in each direction.
@@ -52,20 +53,26 @@ impl LocalScale {
         Self { moment: moment + DMat2::from_diagonal(DVec2::splat(least)) }
     }
 
-    /// The ellipse with radii of at least [`LEAST_EDGES`] lengths of the edges along the curvature, from an estimate of
-    /// the matrix of the second fundamental form.
+    /// The ellipse with radii of at least [`LEAST_EDGES`] lengths of the edges along the curvature, from estimates
+    /// of the principal curvatures with their directions.
     ///
     /// In a principal direction d, this length counts as √(2 dᵀ M d |κ| / max |κ|).
-    pub(crate) fn widened(&self, curvature: DMat2) -> Self {
-        let [(axes, moments), (directions, curvatures)] = [self.moment, curvature].map(eigen);
-        let [first, second] = curvatures.map(f64::abs);
-        let along = |direction: DVec2| direction.dot(self.moment * direction);
-        let [first, second] = [first * along(directions.x_axis), second * along(directions.y_axis)]
-            .map(|moment| moment / first.max(second));
+    pub(crate) fn widened(&self, curvatures: [(f64, DVec2); 2]) -> Self {
+        let Self { moment } = self;
+        let [first, second] = curvatures.map(|(curvature, _)| curvature.abs());
+        let share = |(curvature, direction): (f64, DVec2)| {
+            curvature.abs() / first.max(second) * direction.dot(*moment * direction)
+        };
+        let [first, second] = curvatures.map(share);
         // Where there is no curvature, this is NaN, and all moments stay.
         let least = (LEAST_EDGES / EDGES).powi(2) * first.max(second);
-        let moments = DMat2::from_diagonal(DVec2::from(moments.map(|moment| moment.max(least))));
-        Self { moment: axes * moments * axes.transpose() }
+        let [along, across] = [moment.x_axis.x, moment.y_axis.y];
+        let form = DVec3::new(0.5 * (along + across), 0.5 * (along - across), moment.x_axis.y);
+        let [shorter, longer] = extremes(form).map(|(value, axis)| {
+            let axis = value.max(least).sqrt() * axis;
+            DMat2::from_cols(axis.x * axis, axis.y * axis)
+        });
+        Self { moment: shorter + longer }
     }
 
     /// The half-lengths of the sections in some directions.
@@ -76,13 +83,4 @@ impl LocalScale {
             EDGES * (2.0 / tangent.dot(inverse * tangent)).sqrt()
         })
     }
-}
-
-/// The eigenvectors, as columns, and the eigenvalues of a symmetric matrix.
-fn eigen(matrix: DMat2) -> (DMat2, [f64; 2]) {
-    let [a, b, c] = [matrix.x_axis.x, matrix.x_axis.y, matrix.y_axis.y];
-    let (mean, half) = (0.5 * (a + c), 0.5 * (a - c));
-    let radius = half.hypot(b);
-    let axis = DVec2::from_angle(0.5 * b.atan2(half));
-    (DMat2::from_cols(axis, axis.perp()), [mean + radius, mean - radius])
 }

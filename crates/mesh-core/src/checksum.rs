@@ -13,7 +13,7 @@ use std::io::Write;
 pub struct Checksum(u64);
 
 impl Checksum {
-    /// The checksum of these bytes.
+    /// The checksum of a file with this content.
     #[must_use]
     pub fn of(bytes: &[u8]) -> Self {
         let mut sum = Self::default();

@@ -27,7 +27,7 @@ fn divide(model: &mut Model) {
     for (colors, of) in [(&mut model.vertex_colors, "vertices"), (&mut model.face_colors, "faces")]
     {
         let Some(colors) = colors else { continue };
-        match range(colors) {
+        match range(colors.iter()) {
             Range::Unit => {}
             Range::BeyondWhite(most) => model
                 .notes
@@ -54,9 +54,9 @@ pub(crate) enum Range {
     UpTo([f32; 2]),
 }
 
-pub(crate) fn range(colors: &[[f32; 4]]) -> Range {
+pub(crate) fn range<'c>(colors: impl Iterator<Item = &'c [f32; 4]> + Clone) -> Range {
     let largest = |from: usize, to: usize| {
-        let channels = colors.iter().flat_map(|color| &color[from..to]);
+        let channels = colors.clone().flat_map(|color| &color[from..to]);
         channels.copied().filter(|value| value.is_finite()).fold(0.0, f32::max)
     };
     let (most, opacity) = (largest(0, 3), largest(3, 4));
@@ -72,9 +72,9 @@ pub(crate) fn range(colors: &[[f32; 4]]) -> Range {
 }
 
 /// Whether many channels are between 0 and 1, rounding errors apart.
-fn is_beyond_white(colors: &[[f32; 4]]) -> bool {
+fn is_beyond_white<'c>(colors: impl Iterator<Item = &'c [f32; 4]>) -> bool {
     let (mut bright, mut dim) = (0_u64, 0_u64);
-    for &channel in colors.iter().flat_map(|color| &color[..3]) {
+    for &channel in colors.flat_map(|color| &color[..3]) {
         bright += u64::from(channel >= 0.99);
         dim += u64::from(channel > 0.0 && channel < 0.99);
     }

@@ -23,7 +23,7 @@ use crate::replaced::Replaced;
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_folder_of, check_target, save};
 use crate::session::{Outcome, Session};
 use crate::streaming::{Streaming, with_bar};
-use crate::task::{Report, copy_pictures, names_pictures};
+use crate::task::{Report, copy_pictures};
 use crate::text::printable;
 use crate::view::{self, Look, name_of};
 use mesh_work::{Length, Loaded, diagonal, is_point_cloud, parse_length};
@@ -206,9 +206,8 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
             color(&mut model, distances, options, console);
         });
         Seconds::time(&mut seconds.save, || save(output, &model, &options.save, console))?;
-        if names_pictures(options.save.format_of(output)) {
-            copy_pictures(&options.first, output, &model.file_pictures(), console);
-        }
+        let pictures = model.file_pictures();
+        copy_pictures(&options.first, output, &options.save, &pictures, console);
     }
     let mut report = Report::new(console, &options.first, a.counts(), results, seconds);
     if let Some(output) = &options.output {

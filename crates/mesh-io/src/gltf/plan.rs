@@ -103,8 +103,8 @@ pub(crate) fn path_of(mesh: u32, primitive: usize) -> String {
 }
 
 impl Plan {
-    /// Examines everything that the scene draws. Points are vertices without faces, if the document has no faces. `textures` is, for every material, the texture that its texture
-    /// coordinates belong to.
+    /// Examines everything that the scene draws. Points are vertices without faces, if the document has no faces.
+    /// `textures` is, for every material, the texture that its texture coordinates belong to.
     pub(crate) fn of(
         document: &Document,
         textures: &[Option<TextureInfo>],

@@ -1,5 +1,5 @@
-//! Writing glTF: one mesh with a primitive per material, or points if there are no faces; all primitives share the vertices. Each level of detail is a
-//! mesh and a node; the first node names the others (`MSFT_lod`).
+//! Writing glTF: one mesh with a primitive per material, or points if there are no faces. All primitives share the
+//! vertices. Each level of detail is a mesh and a node; the first node names the others (`MSFT_lod`).
 //!
 //! Neither the document nor the buffer is ever in memory as a whole. The document is written twice, the first time only
 //! to determine its length.

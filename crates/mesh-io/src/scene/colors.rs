@@ -50,8 +50,8 @@ impl Scene {
             let (width, values) = (self.document.width(accessor, &path)?, values.to_vec(full)?);
             list.push(Colors { accessor, width, values, full: [full; 2] });
         }
-        let all: Vec<[f32; 4]> = floats.iter().flat_map(|colors| &colors.values).copied().collect();
-        if let Range::UpTo(full) = range(&all) {
+        let found = range(floats.iter().flat_map(|colors: &Colors| &colors.values));
+        if let Range::UpTo(full) = found {
             divided.extend(floats.into_iter().map(|colors| Colors { full, ..colors }));
         }
         if marked.is_empty() && divided.is_empty() {

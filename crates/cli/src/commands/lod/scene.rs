@@ -143,7 +143,7 @@ pub(super) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         }
         outputs.write(console)?;
         if let Some(path) = place.first() {
-            copy_pictures(input, path, &scene.file_pictures(), console);
+            copy_pictures(input, path, &options.save, &scene.file_pictures(), console);
         }
         Ok(())
     })?;

@@ -26,7 +26,7 @@ use crate::session::{Outcome, Session};
 use crate::simplify_options::{
     Charts, Settings, Unreached, rejected, show, tell_kept, tell_shortfall,
 };
-use crate::task::{Report, Source, copy_pictures, names_pictures};
+use crate::task::{Report, Source, copy_pictures};
 use crate::text::printable;
 use crate::view::{self, name_of};
 
@@ -278,10 +278,9 @@ fn write(
         outputs.add(path, move || mesh_io::stage_file(path, content));
     }
     outputs.write(console)?;
-    if let (Some(path), Some(model)) = (place.first(), models.first())
-        && names_pictures(options.save.format_of(path))
-    {
-        copy_pictures(&options.source.input, path, &model.file_pictures(), console);
+    if let (Some(path), Some(model)) = (place.first(), models.first()) {
+        let pictures = model.file_pictures();
+        copy_pictures(&options.source.input, path, &options.save, &pictures, console);
     }
     Ok(())
 }
