@@ -2,7 +2,7 @@
 //!
 //! A virtual environment under `target/python` gets all packages from the package index by pip. The wheel is installed
 //! there like any other package, and tests, doctests, the type checker and the notebooks run on it in a separate
-//! folder. Clippy compiles the crate of the tested wheel: `cargo clippy` would check all libraries again for it.
+//! folder.
 
 use std::env;
 use std::fs;
@@ -64,11 +64,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     maturin.args(["build", "--quiet", "--out"]).arg(&wheels).arg("--manifest-path");
     maturin.arg(root.join(PACKAGE).join("Cargo.toml")).arg("--target-dir").arg(&target);
     maturin.env("VIRTUAL_ENV", &environment.folder);
-    if options.release {
-        maturin.arg("--release");
-    } else if !options.wheel_only {
-        maturin.args(["--", "-D", "warnings"]).env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver");
-    }
+    maturin.args(if options.release { &["--release"][..] } else { &["--features", "as-tested"] });
     check(&mut maturin)?;
     let wheel = only_file(&wheels)?;
     let bytes = fs::metadata(&wheel).map_err(Failure::reading(&wheel))?.len();
