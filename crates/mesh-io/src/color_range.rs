@@ -9,18 +9,16 @@ const ABOVE_ONE: f32 = 1.5;
 /// renderer. In a range up to 255, such channels are almost black, and few.
 const SHARE_BELOW_ONE: f64 = 0.1;
 
-/// The colour of a vertex without one in a file where others have one.
-#[cfg(feature = "obj")]
+/// The colour of a vertex or a face without one in a file where others have one.
 pub(crate) const NO_COLOR: [f32; 4] = [f32::NAN; 4];
 
-/// Divides colours above 1 by the value of full intensity, and adds a note. Light beyond white stays. What has no colour
-/// becomes white.
+/// Divides colours above 1 by the value of full intensity, and adds a note. Light beyond white stays. A vertex without a
+/// colour becomes white; a face stays without.
 pub(crate) fn to_unit_range(model: &mut Model) {
     divide(model);
-    for colors in [&mut model.vertex_colors, &mut model.face_colors].into_iter().flatten() {
-        let missing = colors.iter_mut().filter(|color| color.iter().all(|value| value.is_nan()));
-        missing.for_each(|color| *color = [1.0; 4]);
-    }
+    let colors = model.vertex_colors.iter_mut().flatten();
+    let missing = colors.filter(|color| color.iter().all(|value| value.is_nan()));
+    missing.for_each(|color| *color = [1.0; 4]);
 }
 
 fn divide(model: &mut Model) {

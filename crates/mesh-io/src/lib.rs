@@ -50,6 +50,7 @@ mod write;
 mod write_options;
 mod write_passing;
 
+pub use color::color_in_bytes;
 pub use copied_pictures::{CopiedPictures, copy_pictures};
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use external::External;

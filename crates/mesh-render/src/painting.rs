@@ -2,7 +2,7 @@
 
 use mesh_core::build::Provenance;
 use mesh_core::{FaceMap, TriMesh, VertexMap};
-use mesh_io::{Model, Pictures};
+use mesh_io::{Model, Pictures, color_in_bytes};
 
 use crate::error::RenderError;
 use crate::labels::Labels;
@@ -47,16 +47,17 @@ impl Painting {
     /// The colours of the vertices, else of the faces; `None` if the content has neither.
     #[must_use]
     pub fn of_colors(model: &Model, provenance: &Provenance) -> Option<Self> {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let eight_bits =
-            |c: [f32; 4]| [c[0], c[1], c[2]].map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
+        let eight_bits = |c: &[f32; 4]| {
+            let [r, g, b, _] = color_in_bytes(c);
+            [r, g, b]
+        };
         if let Some(colors) = &model.vertex_colors {
-            let of = |&v: &u32| eight_bits(colors[v as usize]);
+            let of = |&v: &u32| eight_bits(&colors[v as usize]);
             let colors = provenance.vertex_source.iter().map(of).collect();
             return Some(Self::Vertices(VertexMap::from_vec(colors), None));
         }
         let colors = model.face_colors.as_ref()?;
-        let of = |&f: &u32| eight_bits(colors[f as usize]);
+        let of = |&f: &u32| eight_bits(&colors[f as usize]);
         let colors = provenance.face_source.iter().map(of).collect();
         Some(Self::Faces(FaceMap::from_vec(colors), None))
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::build::Triangulator;
 use mesh_core::{PolygonSoup, TriMesh, VertexMap, as_u32};
-use mesh_io::{Alpha, Model, Picture, PictureError, Pictures, Scalars};
+use mesh_io::{Alpha, Model, Picture, PictureError, Pictures, Scalars, color_in_bytes};
 
 use crate::error::ViewError;
 use crate::text::grouped;
@@ -254,8 +254,6 @@ impl Exhibit {
         for scalars in &model.face_scalars {
             fields.push(field(scalars, On::Faces, of_faces(&scalars.values.to_f64())));
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
-        let eight_bits = |c: &[f32; 4]| c.map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
         let face_colors = model.face_colors.as_ref();
         let is_cut = parts.face.len() != model.soup.face_count();
         let materials = materials(model, &parts, pictures);
@@ -264,9 +262,12 @@ impl Exhibit {
             positions: model.soup.positions().to_vec(),
             facts: facts(&model.soup),
             fields,
-            vertex_colors: model.vertex_colors.as_ref().map(|c| c.iter().map(eight_bits).collect()),
+            vertex_colors: model
+                .vertex_colors
+                .as_ref()
+                .map(|c| c.iter().map(color_in_bytes).collect()),
             face_colors: face_colors
-                .map(|c| parts.face.iter().map(|&f| eight_bits(&c[f as usize])).collect()),
+                .map(|c| parts.face.iter().map(|&f| color_in_bytes(&c[f as usize])).collect()),
             materials,
             triangles: parts.triangles,
             face_numbers: is_cut.then_some(parts.face),

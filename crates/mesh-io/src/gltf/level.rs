@@ -1,7 +1,7 @@
 //! A model as columns of numbers for glTF.
 
 use super::wedges::Wedges;
-use crate::color::{are_bytes, to_bytes};
+use crate::color::{are_bytes, color_in_bytes};
 use crate::cutter::Cutter;
 use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
@@ -267,7 +267,7 @@ impl<'m> Level<'m> {
                 let uv = uv.filter(are_finite);
                 floats(writer, uv.map_or([0.0; 2], |[u, v]| [u, 1.0 - v]))
             }
-            Column::ByteColor => writer.write_all(&to_bytes(&self.color(vertex))),
+            Column::ByteColor => writer.write_all(&color_in_bytes(&self.color(vertex))),
             Column::Color => floats(writer, self.color(vertex).map(|value| value.clamp(0.0, 1.0))),
             Column::Scalar(index, component) => {
                 let values = &model.vertex_scalars[index].values;

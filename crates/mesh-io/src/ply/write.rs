@@ -2,7 +2,7 @@
 
 use super::columns::{COLORS, NORMAL, UVS};
 use super::textures::{NUMBER, Textures};
-use crate::color::as_bytes;
+use crate::color::{as_bytes, without_gaps};
 use crate::decimal::Decimal;
 use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
@@ -13,6 +13,7 @@ use crate::single::{are_finite, finite_or, rounding};
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 use glam::DVec3;
 use mesh_core::as_u32;
+use std::borrow::Cow;
 use std::io::Write;
 
 pub(crate) fn write(
@@ -103,14 +104,17 @@ struct Plan<'m> {
 enum Colors<'m> {
     None,
     Bytes(Vec<[u8; 4]>),
-    Floats(&'m [[f32; 4]]),
+    Floats(Cow<'m, [[f32; 4]]>),
 }
 
 impl<'m> Colors<'m> {
     fn new(colors: Option<&'m [[f32; 4]]>) -> Self {
         match colors {
             None => Self::None,
-            Some(colors) => as_bytes(colors).map_or(Self::Floats(colors), Self::Bytes),
+            Some(colors) => {
+                let colors = without_gaps(colors);
+                as_bytes(&colors).map_or(Self::Floats(colors), Self::Bytes)
+            }
         }
     }
 
