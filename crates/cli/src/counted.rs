@@ -24,6 +24,9 @@ fn singular(noun: &str) -> String {
     if let Some(stem) = noun.strip_suffix("ices") {
         return format!("{stem}ex");
     }
+    if let Some(stem) = noun.strip_suffix("ies") {
+        return format!("{stem}y");
+    }
     let stem = noun.strip_suffix("es").filter(|s| s.ends_with("sh") || s.ends_with("ch"));
     stem.or_else(|| noun.strip_suffix('s')).unwrap_or(noun).to_owned()
 }
@@ -37,6 +40,7 @@ mod tests {
         for (many, one) in [
             ("faces", "1 face"),
             ("vertices that no face uses", "1 vertex that no face uses"),
+            ("copies", "1 copy"),
             ("patches", "1 patch"),
             ("meshes", "1 mesh"),
             ("edges of more than two faces", "1 edge of more than two faces"),

@@ -541,11 +541,19 @@ fn gather_scalars(scalars: &[Scalars], source: &[u32]) -> Vec<Scalars> {
     scalars.iter().map(|scalars| scalars.with(scalars.values.gather(source))).collect()
 }
 
-/// Interpolated numbers, in the original type.
+/// Interpolated numbers, in the original type. Rounding does not take them out of the range of their sources.
 fn blend_scalars(values: &ScalarValues, blends: &[Blend]) -> ScalarValues {
-    let blended: ScalarValues = {
-        let old = values.to_f64();
-        blends.iter().map(|blend| blend.sum(|source| old[source])).collect()
+    let old = values.to_f64();
+    let between = |blend: &Blend| {
+        let sum = blend.sum(|source| old[source]);
+        let used = blend.sources.iter().zip(blend.weights).filter(|(_, weight)| *weight != 0.0);
+        let used = used.map(|(&source, _)| old[source as usize]);
+        let (low, high) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+        // An unknown number makes the sum unknown.
+        if sum.is_nan() { sum } else { sum.max(low).min(high) }
     };
+    let blended: ScalarValues = blends.iter().map(between).collect();
     blended.cast(values.scalar_type())
 }

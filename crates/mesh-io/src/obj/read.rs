@@ -311,7 +311,9 @@ fn smoothing_group(word: &[u8]) -> u32 {
     match word {
         b"" | b"off" | b"OFF" | b"Off" => 0,
         b"on" | b"ON" | b"On" => 1,
-        word => integer::<i64>(word).map_or(1, |group| u32::try_from(group).unwrap_or(0)),
+        word => {
+            integer::<i64>(word).map_or(1, |group| u32::try_from(group.max(0)).unwrap_or(u32::MAX))
+        }
     }
 }
 
