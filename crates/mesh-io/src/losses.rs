@@ -5,6 +5,7 @@ use crate::lost::Lost;
 use crate::model::{Alpha, Group, ImageData, Material, Model};
 use crate::ply::Textures;
 use crate::single::{are_finite, flattened, flattened_faces, rounding};
+use crate::stl::{self, StlColors};
 use Format::{Glb, Gltf, Obj, Off, Ply, Stl};
 use glam::DVec3;
 
@@ -16,6 +17,8 @@ pub(crate) struct Target {
     pub(crate) is_text: bool,
     /// Whether coordinates are rounded to 32 bits where they are.
     pub(crate) is_single: bool,
+    /// The convention for colours of binary STL.
+    pub(crate) stl_colors: StlColors,
     /// Whether material libraries and images are written to their own files.
     pub(crate) has_companions: bool,
 }
@@ -79,7 +82,6 @@ fn kinds(model: &Model, format: Format) -> Vec<Kind> {
         kind("face colours", length(model.face_colors.as_ref()), &[Ply, Off, Stl]),
         kind("materials", materials, &[Obj, Gltf, Glb]),
         kind("groups", groups, &[Obj, Stl]),
-        kind("comments", model.comments.len() as u64, &[Ply]),
         named("vertex", &model.vertex_scalars, &[Ply, Gltf, Glb]),
         named("face", &model.face_scalars, &[Ply]),
     ]
@@ -125,6 +127,18 @@ fn special(model: &Model, target: Target) -> Vec<Lost> {
         let more = Textures::new(model).map_or(0, |textures| textures.more_than_pictures);
         let why = "PLY names the pictures of textures only; OBJ, glTF or GLB keeps them";
         lose(more, "names, colours and looks of materials", why);
+    }
+    let comments = model.comments.len() as u64;
+    match format {
+        Ply => {
+            let uncolored = model.face_colors.iter().flatten().filter(|color| color[0].is_nan());
+            lose(uncolored.count() as u64, "gaps in the face colours", "white is written there");
+        }
+        Stl if !is_text => {
+            let kept = u64::from(stl::comment(model, target.stl_colors).is_some());
+            lose(comments - kept, "comments", "binary STL has 80 bytes for one; PLY keeps them");
+        }
+        _ => lose(comments, "comments", &format!("{format} has no place for them; PLY keeps them")),
     }
     smoothing(model, format, &mut lose);
     if format == Obj {

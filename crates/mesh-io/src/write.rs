@@ -178,7 +178,13 @@ fn is_single(format: Format, options: &WriteOptions) -> bool {
 
 fn target(format: Format, options: &WriteOptions, has_companions: bool) -> Target {
     let is_text = options.encoding == Encoding::Text;
-    Target { format, is_text, is_single: is_single(format, options), has_companions }
+    Target {
+        format,
+        is_text,
+        is_single: is_single(format, options),
+        stl_colors: options.stl_colors,
+        has_companions,
+    }
 }
 
 /// Checks that this build supports the format and the encoding.

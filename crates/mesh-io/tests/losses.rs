@@ -285,10 +285,10 @@ fn comments_of_ply_survive_ply_and_are_counted_elsewhere() {
     let as_text = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
     let (bytes, lost) = written_with(&model, Format::Ply, &as_text);
     assert_eq!((String::from_utf8(bytes).unwrap(), lost), (text.to_owned(), Vec::new()));
-    for format in [Format::Obj, Format::Off, Format::Stl, Format::Glb] {
+    for (format, left) in [(Format::Obj, 3), (Format::Off, 3), (Format::Stl, 2), (Format::Glb, 3)] {
         let (_, lost) = written(&model, format);
         let comments = lost.iter().find(|lost| lost.what == "comments").unwrap();
-        assert!(comments.count == Some(3) && comments.why.contains("PLY"), "{comments}");
+        assert!(comments.count == Some(left) && comments.why.contains("PLY"), "{comments}");
     }
     let same: Vec<u32> = (0..3).collect();
     let rebuilt =
@@ -299,6 +299,41 @@ fn comments_of_ply_survive_ply_and_are_counted_elsewhere() {
     other.comments = vec!["a\nend_header".to_owned()];
     let (bytes, _) = written_with(&other, Format::Ply, &as_text);
     assert_eq!(parsed(&bytes).comments, ["a end_header"]);
+}
+
+/// Programs for printers write the name of the part into the header.
+#[test]
+fn the_text_of_a_header_survives_stl_and_ply() {
+    let mut model = parsed(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    model.comments = vec!["bracket 7".to_owned()];
+    for colors in [StlColors::Viscam, StlColors::Magics] {
+        let options = WriteOptions { stl_colors: colors, ..WriteOptions::default() };
+        for face_colors in [None, Some(vec![[1.0, 0.0, 0.0, 1.0]])] {
+            model.face_colors = face_colors;
+            let (bytes, lost) = written_with(&model, Format::Stl, &options);
+            assert_eq!(lost, []);
+            let again = parsed(&bytes);
+            assert_eq!(again.comments, model.comments);
+            assert_eq!(again.face_colors, model.face_colors);
+            let (bytes, lost) = written(&again, Format::Ply);
+            assert_eq!((parsed(&bytes).comments, lost), (model.comments.clone(), Vec::new()));
+        }
+    }
+}
+
+#[test]
+fn facets_without_a_colour_stay_so_or_are_counted() {
+    let mut model = parsed(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n");
+    model.face_colors = Some(vec![[1.0, 0.0, 0.0, 1.0], [f32::NAN; 4]]);
+    for format in [Format::Stl, Format::Off] {
+        let (bytes, lost) = written(&model, format);
+        assert_eq!(lost, [], "{format}");
+        let colors = parsed(&bytes).face_colors.unwrap();
+        assert!(colors[0] == [1.0, 0.0, 0.0, 1.0] && colors[1][0].is_nan(), "{format}");
+    }
+    let (bytes, lost) = written(&model, Format::Ply);
+    assert_eq!(parsed(&bytes).face_colors, Some(vec![[1.0, 0.0, 0.0, 1.0], [1.0; 4]]));
+    assert!(lost[0].what.contains("gaps") && lost[0].count == Some(1), "{lost:?}");
 }
 
 #[test]

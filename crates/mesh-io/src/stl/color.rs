@@ -4,10 +4,9 @@
 //! store blue in the lowest bits. Magics clears the highest bit if a facet has a colour, stores red in the lowest bits,
 //! and writes the colour of all other facets into the header, after `COLOR=`.
 
+use super::header;
 use crate::color::from_bytes;
 
-/// The keyword in the header before the colour of the whole object.
-const KEYWORD: &[u8] = b"COLOR=";
 /// The bit that tells whether a facet has its own colour.
 const FLAG: u16 = 1 << 15;
 
@@ -34,9 +33,7 @@ pub(super) enum Convention {
 impl Convention {
     /// Detects the convention from the header.
     pub(super) fn of(header: &[u8]) -> Self {
-        let place = header.windows(KEYWORD.len()).position(|window| window == KEYWORD);
-        let color = place.and_then(|place| header.get(place + KEYWORD.len()..)?.first_chunk::<4>());
-        color.map_or(Self::Viscam, |&color| Self::Magics(from_bytes(color)))
+        header::color(header).map_or(Self::Viscam, |color| Self::Magics(from_bytes(color)))
     }
 
     /// The colour of a facet from its two bytes; `None` for a facet without colour.
@@ -70,12 +67,11 @@ impl StlColors {
         }
     }
 
-    /// The header of a file with colours.
-    pub(super) fn header(self) -> &'static [u8] {
+    /// The colour of the facets without a colour, for the header: white.
+    pub(super) fn of_object(self) -> Option<[u8; 4]> {
         match self {
-            Self::Viscam => b"binary STL",
-            // Facets without a colour are white.
-            Self::Magics => b"binary STL COLOR=\xff\xff\xff\xff",
+            Self::Viscam => None,
+            Self::Magics => Some([255; 4]),
         }
     }
 }

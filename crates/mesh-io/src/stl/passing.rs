@@ -1,6 +1,7 @@
 //! Writing STL from streamed faces.
 
-use super::write::{WITHOUT_COLORS, binary_facet, binary_head, text_facet};
+use super::header;
+use super::write::{binary_facet, binary_head, text_facet};
 use crate::cutter::Cutter;
 use crate::error::WriteError;
 use glam::DVec3;
@@ -22,7 +23,7 @@ impl<'w> StlPassing<'w> {
         if is_text {
             writeln!(writer, "solid ")?;
         } else {
-            binary_head(writer, triangles, WITHOUT_COLORS)?;
+            binary_head(writer, triangles, &header::with(None, None))?;
         }
         Ok(Self { writer, is_text, cutter: Cutter::default() })
     }

@@ -2,7 +2,9 @@
 
 use super::color::Convention;
 use super::facets::{CORNERS, FACET, Facets, HEADER, Part, corners_of, is_text};
+use super::header;
 use crate::budget::GROWING;
+use crate::color_range::NO_COLOR;
 use crate::error::ReadErrorKind;
 use crate::input::Input;
 use crate::lost::Lost;
@@ -68,6 +70,7 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
         input.spend(cost, || at)?;
     }
     let mut model = Model::from(weld.soup);
+    model.comments.extend(header::comment(&header));
     let mut notes = Notes::default();
     model.face_colors = colors.finish(&mut notes);
     if !input.peek(1)?.is_empty() {
@@ -108,9 +111,6 @@ impl FacetColors {
         Some(self.colors)
     }
 }
-
-/// The colour of a facet without colour.
-const NO_COLOR: [f32; 4] = [f32::NAN; 4];
 
 fn read_text(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     let mut reader = TextReader::default();

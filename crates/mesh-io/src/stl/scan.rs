@@ -1,6 +1,7 @@
 //! STL as a stream.
 
 use super::facets::{CORNERS, FACET, Facets, HEADER, Part, corners_of, is_text};
+use super::header;
 use crate::error::ReadErrorKind;
 use crate::input::Input;
 use crate::item::{Item, Visit};
@@ -22,7 +23,9 @@ fn scan_binary(
     visit: &mut Visit<'_>,
     notes: &mut Notes,
 ) -> Result<ControlFlow<()>, ReadErrorKind> {
-    input.skip(HEADER, "the header")?;
+    let header: [u8; HEADER as usize] = input.array("the header")?;
+    let comments = u64::from(header::comment(&header).is_some());
+    notes.lose_some("comments of the STL header", comments, STREAMED);
     let at = input.here();
     let count = u32::from_le_bytes(input.array("the number of facets")?);
     input.plausible(u64::from(count), FACET as u64, at, "facets")?;

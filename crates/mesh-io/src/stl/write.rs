@@ -1,6 +1,7 @@
 //! Writing STL.
 
 use super::color::StlColors;
+use super::header;
 use crate::cutter::Cutter;
 use crate::decimal::Decimal;
 use crate::error::WriteError;
@@ -33,8 +34,8 @@ pub(crate) fn write_binary(
 ) -> Result<WriteReport, WriteError> {
     let count = model.soup.faces().map(|face| face.len() as u64 - 2).sum();
     let colors = model.face_colors.as_deref();
-    let header = if colors.is_some() { convention.header() } else { WITHOUT_COLORS };
-    binary_head(writer, count, header)?;
+    let of_object = colors.and_then(|_| convention.of_object());
+    binary_head(writer, count, &header::with(comment(model, convention), of_object))?;
     for_each_triangle(model, |face, triangle| {
         let color = colors.map(|colors| convention.attribute(colors[face]));
         binary_facet(writer, triangle, color.unwrap_or(0))
@@ -42,11 +43,18 @@ pub(crate) fn write_binary(
     Ok(report(model))
 }
 
+/// The comment for the header of a binary file: the first one for which there is room.
+pub(crate) fn comment(model: &Model, convention: StlColors) -> Option<&str> {
+    let has_color = model.face_colors.is_some() && convention.of_object().is_some();
+    let mut comments = model.comments.iter().map(String::as_str);
+    comments.find(|comment| header::has_room(comment, has_color))
+}
+
 /// Writes the start of a binary file.
 pub(super) fn binary_head(
     writer: &mut dyn Write,
     count: u64,
-    text: &[u8],
+    header: &[u8],
 ) -> Result<(), WriteError> {
     let count = u32::try_from(count).map_err(|_| WriteError::TooLarge {
         format: Format::Stl,
@@ -54,15 +62,9 @@ pub(super) fn binary_head(
         limit: u64::from(u32::MAX),
         found: count,
     })?;
-    // The header must not start with "solid", which starts a text file.
-    let mut header = [0; 80];
-    header.iter_mut().zip(text).for_each(|(byte, &text)| *byte = text);
-    writer.write_all(&header)?;
+    writer.write_all(header)?;
     Ok(writer.write_all(&count.to_le_bytes())?)
 }
-
-/// The header of a binary file without colours.
-pub(super) const WITHOUT_COLORS: &[u8] = b"binary STL";
 
 /// A triangle of a binary file, with its two attribute bytes.
 pub(super) fn binary_facet(
