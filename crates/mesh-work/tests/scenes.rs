@@ -709,6 +709,33 @@ fn charts_of_levels_are_merged_for_the_coarsest() {
     }
 }
 
+/// Programs ignore tangents without normals, so they are not made, and named as lost.
+#[test]
+fn tangents_without_normals_are_named() {
+    let (positions, triangles) = ball(24, 12);
+    let normals: Vec<[f32; 3]> =
+        positions.iter().map(|&p| glam::Vec3::from(p).normalize_or_zero().into()).collect();
+    let tangents = vec![[1.0, 0.0, 0.0, 1.0]; positions.len()];
+    for has_normals in [true, false] {
+        let mut builder = Builder::new();
+        let mut attributes = json!({
+            "POSITION": builder.positions(&positions),
+            "TANGENT": builder.floats(&tangents),
+        });
+        if has_normals {
+            attributes["NORMAL"] = builder.floats(&normals).into();
+        }
+        let indices = builder.indices(&triangles);
+        let primitive = json!({ "attributes": attributes, "indices": indices });
+        builder.push("meshes", json!({ "primitives": [primitive] }));
+        builder.node(json!({ "mesh": 0 }));
+        let glb = builder.glb();
+        let (made, _) = simplified(&glb, &to_ratio(0.5));
+        let is_named = |lost: &[mesh_io::Lost]| lost.iter().any(|l| l.what.contains("tangents"));
+        assert_eq!(is_named(&made.losses()), !has_normals);
+    }
+}
+
 /// A ball that is drawn flat, as exporters write it: each triangle has three vertices of its own, whose normals are
 /// about the normal of the face. With smooth normals it is not flat.
 #[test]

@@ -42,6 +42,8 @@ pub struct SceneLevels {
     pub repairs: Vec<BuildReport>,
     /// The number of meshes of which each face had a normal of its own. The levels have no normals there.
     pub flat_shaded: usize,
+    /// The number of meshes with tangents but without normals. The levels have no tangents there.
+    pub ignored_tangents: usize,
     /// The wanted numbers of drawn faces that no level reaches.
     pub missed_faces: Vec<usize>,
     /// The input, in which nodes that need different levels have meshes of their own.
@@ -197,6 +199,7 @@ pub fn scene_levels(
         coverage,
         repairs: parts.iter().map(|part| part.loaded.report.clone()).collect(),
         flat_shaded: parts.iter().filter(|part| part.attributes.is_flat_shaded()).count(),
+        ignored_tangents: parts.iter().filter(|part| part.has_ignored_tangents()).count(),
         input: scene.clone(),
         meshes: parts.iter().map(|part| part.mesh).collect(),
         of_meshes: parts.iter().enumerate().map(of_mesh).collect(),

@@ -154,6 +154,15 @@ pub(super) fn in_units(length: Length, relative: bool, parts: &[Part]) -> Result
 }
 
 impl Part {
+    /// Whether it has tangents, but no normals.
+    pub(super) fn has_ignored_tangents(&self) -> bool {
+        let data = |primitive: &ScenePrimitive| {
+            let mut all = primitive.attributes.iter().chain(primitive.targets.iter().flatten());
+            all.any(|data| data.name == "TANGENT")
+        };
+        self.loaded.model.corner_normals.is_none() && self.primitives.iter().any(data)
+    }
+
     pub(super) fn faces(&self) -> usize {
         self.loaded.mesh.topology().face_count()
     }

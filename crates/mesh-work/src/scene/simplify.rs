@@ -65,6 +65,8 @@ pub struct MeshOfScene {
     pub charts: Option<[usize; 2]>,
     /// Whether each face had a normal of its own. The result has no normals then.
     pub is_flat_shaded: bool,
+    /// Whether there were tangents without normals, which the format tells readers to ignore. The result has none.
+    pub has_ignored_tangents: bool,
     /// The primitives that are removed because no face is left.
     pub removed: Vec<usize>,
     /// The errors in the other poses that count, if the mesh deforms.
@@ -392,6 +394,7 @@ impl Part {
             repairs: self.loaded.report.clone(),
             charts,
             is_flat_shaded: self.attributes.is_flat_shaded(),
+            has_ignored_tangents: self.has_ignored_tangents(),
             removed: Vec::new(),
             deformed: None,
             rounding: 0.0,
